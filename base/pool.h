@@ -67,7 +67,7 @@ typedef struct { // All fields are private, except `stats`: read-only, for house
         bool warning;      ///< `taken` is at or above the threshold (with hysteresis).
         uint32_t warnings; ///< Number of times that `warning` became true [wraps].
         uint32_t refused;  ///< Takes refused because no block was free for the caller [calls, wraps].
-        uint32_t rejected; ///< Retains and releases refused because the pointer was wrong [calls, wraps].
+        uint32_t rejected; ///< Retains and releases that did not return STATUS_OK [calls, wraps].
     } stats;
 } pool_t;
 
@@ -86,7 +86,7 @@ MUST_USE void* pool_take(pool_t* pool);
 MUST_USE void* pool_take_reserved(pool_t* pool);
 
 /// Add a reference to a taken block. STATUS_OK; STATUS_NOT_OURS (counted in `rejected`) if `block` is not a
-/// taken block of this pool; STATUS_FULL if it has 65535 references.
+/// taken block of this pool; STATUS_FULL (counted there, too) if it has 65535 references.
 MUST_USE status_t pool_retain(pool_t* pool, void* block);
 
 /// Remove a reference; without references the block is free, and the pointer must not be used again.

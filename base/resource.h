@@ -27,7 +27,7 @@
 #define RESOURCE_ARENA_WORDS(octets, count) (POOL_STORAGE_WORDS(octets, count) + RESOURCE_SLOT_WORDS(count))
 
 typedef struct {
-    size_t block_octets;  ///< [octets], >= 1, strictly ascending in a list of sizes.
+    size_t block_octets;  ///< [octets], 1..POOL_BLOCK_OCTETS_MAX, strictly ascending in a list of sizes.
     uint16_t block_count; ///< 1..65534.
     uint16_t reserve;     ///< See pool_setup_t.reserve; < block_count.
 } resource_size_t;
@@ -39,12 +39,13 @@ typedef struct { // Private, except that `pools[i].stats` may be read.
 } resource_t;
 
 /// Divide the arena into pools. STATUS_OK; STATUS_INVALID (sizes not ascending, or a wrong count or reserve);
-/// STATUS_TOO_LARGE (the arena is too small for them).
+/// STATUS_TOO_LARGE (the arena is too small for them). Only after STATUS_OK may the other functions be
+/// called.
 MUST_USE status_t resource_init(resource_t* resource, uint64_t* arena, size_t arena_words,
                                 const resource_size_t* sizes, uint16_t size_count);
 
 /// Take one block of at least `octets`; the block may be one of the reserve. STATUS_OK; STATUS_EXHAUSTED;
-/// STATUS_TOO_LARGE (no pool has blocks of that size).
+/// STATUS_TOO_LARGE (no pool has blocks of that size). *out_block is null unless STATUS_OK.
 MUST_USE status_t resource_take_reserved(resource_t* resource, size_t octets, void** out_block);
 /// Add a reference to a block. STATUS_OK, STATUS_NOT_OURS, STATUS_FULL; see pool_retain.
 MUST_USE status_t resource_retain(resource_t* resource, void* block);

@@ -27,11 +27,13 @@ void text_add_unsigned(text_t* text, uint64_t value);
 void text_add_signed(text_t* text, int64_t value);
 /// Append each word of a list that ends with null.
 void text_add_words(text_t* text, const char* const* words);
-/// Append a pattern. The first % stands for the word `one`, the second for `other`, each # for `number`.
+/// Append a pattern. The first % stands for the word `one`, each later % for `other`, each # for `number`. A
+/// word that the pattern does not use may be null.
 void text_add_pattern(text_t* text, const char* pattern, const char* one, const char* other, uint64_t number);
 /// Join the words of a list that ends with null, in `buffer`. False: the text was cut.
 bool text_join(char* buffer, size_t capacity, const char* const* words);
-/// Append exactly `digits` decimal digits, with zeros on the left; the lowest digits if the value has more.
+/// Append exactly `digits` decimal digits, 0..20, with zeros on the left; the lowest digits if the value has
+/// more.
 void text_add_digits(text_t* text, uint64_t value, unsigned digits);
 /// Append "0x" and exactly `digits` upper-case hexadecimal digits, 1..16.
 void text_add_hex(text_t* text, uint64_t value, unsigned digits);

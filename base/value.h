@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Scalar value types of parameters, arguments and link payloads: names as in descriptors, codes as in the
 /// five layout bits of a parameter id, size on the wire, and conversion between host memory and the wire.
+/// Each function takes scalar types only; another type is a coding error (FSW_ASSERT).
 #ifndef BASE_VALUE_H
 #define BASE_VALUE_H
 
@@ -29,7 +30,7 @@ typedef enum {
 
 /// Returns the size of one scalar [octets]; the same in host memory and on the wire.
 size_t value_size(value_type_t type);
-/// Returns the name of a type in descriptors ("DOUBLE"); never null for a scalar type.
+/// Returns the name of a type in descriptors ("DOUBLE"), never null.
 const char* value_type_name(value_type_t type);
 /// Find the scalar type of this name. STATUS_OK, STATUS_NOT_FOUND.
 MUST_USE status_t value_type_of(const char* name, value_type_t* out_type);
@@ -38,7 +39,7 @@ MUST_USE status_t value_type_of(const char* name, value_type_t* out_type);
 uint64_t value_bits(value_type_t type, const void* memory);
 /// Store the low bits of a number, two's complement or IEEE 754, as a scalar.
 void value_store(value_type_t type, uint64_t bits, void* memory);
-/// Write one scalar from host memory (aligned for its type) big-endian.
+/// Write one scalar from host memory, at any address, big-endian.
 void value_encode(octet_writer_t* writer, value_type_t type, const void* memory);
 /// Write `count` consecutive scalars from host memory big-endian to `octets`, which must have room for them.
 /// Returns the number of octets written.

@@ -7,7 +7,7 @@
 ///     status_t status = pus_tm_post(process, &writer);
 ///
 /// A packet gets its sequence count when the port takes it, so a refused packet leaves no gap. If the port
-/// refuses, pus_tm_send returns its status, and pus_tm_post keeps the report (docs/services.md, "Reports").
+/// refuses, pus_tm_send returns STATUS_FULL, and pus_tm_post keeps the report (docs/services.md, "Reports").
 ///
 /// Ownership  The caller provides the process and its queues. The process has one buffer, in which one report
 ///            is built at a time. pus_tm_begin discards an unfinished report, whose writer can then no longer
@@ -55,7 +55,7 @@ typedef struct {
 /// Port of ST[13], which builds and sends reports that may be longer than a packet.
 typedef struct {
     void* context;
-    size_t data_max; ///< Source data of the longest report [octets].
+    size_t data_max; ///< Source data of the longest report, >= PUS_TM_DATA_MAX [octets].
     /// STATUS_OK, or STATUS_FULL: no buffer is free now.
     status_t (*begin)(void* context, uint8_t service, uint8_t subtype, uint16_t destination, uint64_t now_ns,
                       octet_writer_t* out_writer);
@@ -115,7 +115,7 @@ void pus_app_process_init(pus_app_process_t* process, uint16_t apid, uint32_t ep
 
 /// From now on the process keeps reports that the port refuses. Call it before the first report.
 void pus_app_process_keep(pus_app_process_t* process, pus_report_queues_t* queues);
-/// Like pus_app_process_keep, with one queue of `size` octets for reports of all classes, for a port that
+/// Like pus_app_process_keep, with one queue of `size` octets for FIRM and PLAIN reports, for a port that
 /// does not distinguish classes.
 void pus_app_process_keep_in_order(pus_app_process_t* process, uint8_t* octets, size_t size);
 /// From now on the process may send reports longer than a packet, by this port.

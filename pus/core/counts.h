@@ -33,7 +33,8 @@ typedef struct {
 void pus_counts(const pus_app_process_t* process, const pus_requester_t* requester, pus_counts_t* out_counts);
 /// True if all numbers are in their ranges, so that pus_counts_resume accepts them.
 bool pus_counts_are_sound(const pus_counts_t* counts);
-/// Continue with these counts; pus_counts_are_sound is true for them.
+/// Continue with these counts; pus_counts_are_sound is true for them. Call it before the first report and the
+/// first request.
 void pus_counts_resume(pus_app_process_t* process, pus_requester_t* requester, const pus_counts_t* counts);
 
 #endif // PUS_CORE_COUNTS_H

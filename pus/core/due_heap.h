@@ -32,8 +32,8 @@ void pus_due_set(pus_due_heap_t* self, uint16_t entry, uint64_t due);
 void pus_due_remove(pus_due_heap_t* self, uint16_t entry);
 /// True if an entry is due in cycle `now`; *out_entry is the first such entry, which stays in the heap.
 bool pus_due_next(const pus_due_heap_t* self, uint64_t now, uint16_t* out_entry);
-/// Make the first entry due again after cycle `now`, a whole number of intervals (>= 1 cycle) after its due
-/// cycle.
+/// Make the first entry, which pus_due_next has returned for `now`, due again after cycle `now`, a whole
+/// number of intervals (>= 1 cycle) after its due cycle.
 void pus_due_repeat(pus_due_heap_t* self, uint64_t now, uint64_t interval);
 
 #endif // PUS_CORE_DUE_HEAP_H

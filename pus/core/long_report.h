@@ -26,7 +26,8 @@ typedef struct {
 typedef struct {
     void* self;
     /// Write the entry at or after the cursor, and move the cursor past this entry. False: there is no
-    /// further entry. If an entry does not fit, the writer fails, and the caller restores the cursor.
+    /// further entry. If an entry does not fit, the writer fails, and the caller restores the cursor. Each
+    /// entry fits a packet that has no other.
     bool (*write)(void* self, pus_report_cursor_t* cursor, octet_writer_t* writer);
 } pus_report_entries_t;
 

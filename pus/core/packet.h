@@ -106,7 +106,7 @@ void pus_time_write(octet_writer_t* writer, uint64_t time_ns);
 MUST_USE status_t pus_time_read(octet_reader_t* reader, uint64_t* out_time_ns);
 
 /// Read a relative time, PUS_RELATIVE_TIME_SIZE octets, in ticks of 1 / PUS_TIME_TICKS_PER_S s, about +-68
-/// years. Returns 0 if octets are missing.
+/// years. If octets are missing, the reader fails, and the result has no meaning.
 int64_t pus_relative_time_read(octet_reader_t* reader);
 
 #endif // PUS_CORE_PACKET_H

@@ -53,9 +53,10 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     struct {
         uint32_t stored;      ///< Packets stored.
         uint32_t refused;     ///< Packets that a full bounded store refused.
-        uint32_t overwritten; ///< Packets that a circular store has deleted to make room for newer ones.
-        uint32_t failed;      ///< Reads, writes and syncs that failed.
-        uint32_t damaged;     ///< Blocks that cannot be found any more, or cannot be read to their end.
+        uint32_t overwritten; ///< Packets in the blocks that a circular store has deleted to make room.
+        uint32_t failed;      ///< Calls of the medium that failed.
+        /// Blocks that cannot be found any more, and reads of a block that cannot be read to its end.
+        uint32_t damaged;
     } counters;
 } pus_packet_store_t;
 
@@ -82,7 +83,8 @@ void pus_packet_store_change(pus_packet_store_t* store, uint16_t limit, bool is_
 uint16_t pus_packet_store_blocks_used(const pus_packet_store_t* store);
 
 /// Store a packet of 1..PUS_PACKET_MAX octets; `packet` may point to the packet read last. STATUS_OK;
-/// STATUS_FULL (a full bounded store, or no space on the medium) or STATUS_IO: the packet is not stored.
+/// STATUS_FULL (a full bounded store, or no space on the medium) or STATUS_IO: the packet is not stored, but
+/// a circular store may have deleted its oldest block.
 MUST_USE status_t pus_packet_store_append(pus_packet_store_t* store, uint64_t time_ns, const uint8_t* packet,
                                           size_t size);
 /// Make the stored packets persistent. STATUS_OK, STATUS_IO: try again.
@@ -100,17 +102,19 @@ uint64_t pus_packet_store_next_address(const pus_packet_store_t* store, uint64_t
 /// did not move).
 MUST_USE status_t pus_packet_store_next(pus_packet_store_t* store, uint64_t* cursor,
                                         pus_stored_packet_t* out_packet);
-/// Move a cursor over all blocks that have no packet of from_ns..to_ns. Returns the new cursor.
+/// Move a cursor over the blocks before the next one that can have a packet of from_ns..to_ns. Returns the
+/// new cursor.
 uint64_t pus_packet_store_seek(const pus_packet_store_t* store, uint64_t cursor, uint64_t from_ns,
                                uint64_t to_ns);
-/// Returns the address of the first packet stored at from_ns or later; the head if there is none.
+/// Returns the address of the first packet stored at from_ns or later, or of one before it that the medium
+/// cannot read now; the head if there is none.
 uint64_t pus_packet_store_find(pus_packet_store_t* store, uint64_t from_ns);
 /// Returns the address after the oldest packets that were stored at time_ns or earlier: that of the first
 /// later packet, or the head.
 uint64_t pus_packet_store_find_after(pus_packet_store_t* store, uint64_t time_ns);
 /// Delete the packets before an address.
 void pus_packet_store_cut(pus_packet_store_t* store, uint64_t tail);
-/// Storage times of the oldest and the newest packet; 0 if the store is empty.
+/// Storage times of the oldest and the newest packet; 0 if the store is empty, or the oldest cannot be read.
 uint64_t pus_packet_store_oldest_ns(pus_packet_store_t* store);
 uint64_t pus_packet_store_newest_ns(const pus_packet_store_t* store);
 

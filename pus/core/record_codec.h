@@ -52,8 +52,8 @@ typedef struct {
 void pus_codec_write(octet_writer_t* writer, const pus_codec_field_t* fields, const void* record);
 /// Read the members. If octets are missing, the reader fails, and the remaining members do not change.
 void pus_codec_read(octet_reader_t* reader, const pus_codec_field_t* fields, void* record);
-/// Read the members, which must be all of the octets. STATUS_OK, STATUS_INVALID (octets missing or left
-/// over).
+/// Read the members, which must be all of the octets. STATUS_OK, STATUS_INVALID (octets missing or left over:
+/// the members may have changed).
 MUST_USE status_t pus_codec_read_all(octet_reader_t* reader, const pus_codec_field_t* fields, void* record);
 /// Send a report whose source data is the record. Status of pus_tm_post.
 status_t pus_codec_post(pus_app_process_t* process, const pus_layout_t* layout, uint16_t destination,

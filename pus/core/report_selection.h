@@ -39,7 +39,7 @@ typedef struct {                    // Private.
 /// Begin with an empty selection. capacity 1..PUS_SELECTION_ENTRIES_MAX.
 void pus_selection_init(pus_selection_t* selection, pus_selection_entry_t* entries, uint16_t capacity);
 /// Select all report types and structures of a process; its blocked events do not change. STATUS_OK;
-/// STATUS_EXHAUSTED: the selection has not changed.
+/// STATUS_EXHAUSTED (fewer than three entries are free): the selection has not changed.
 MUST_USE status_t pus_selection_add_process(pus_selection_t* selection, uint16_t apid);
 /// True if a report is selected; counts the report if its structure is subsampled.
 bool pus_selection_takes(pus_selection_t* selection, const pus_tm_t* tm);

@@ -37,11 +37,11 @@ typedef struct pus_requester { // All fields are private, except `counters`.
     } counters;
 } pus_requester_t;
 
-/// Begin without sequence counts. apid: APID of the user itself, 1..2046.
+/// Begin; the sequence count of each addressee starts at 0. apid: APID of the user itself, 1..2046.
 void pus_requester_init(pus_requester_t* requester, uint16_t apid, const pus_port_t* port);
-/// Use the sequence counts of `other`, a requester of the same user with another port; `other` must exist as
-/// long as this one. Together the two use each count once, so that a verification report identifies one
-/// request.
+/// Use the sequence counts of `other`, a requester of the same user with another port and with its own
+/// counts; `other` must exist as long as this one. Together the two use each count once, so that a
+/// verification report identifies one request.
 void pus_requester_count_with(pus_requester_t* requester, pus_requester_t* other);
 /// Begin a request to `apid`; the writer takes up to PUS_TC_DATA_MAX octets. An unfinished request is
 /// discarded.

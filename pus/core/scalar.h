@@ -49,7 +49,8 @@ double pus_scalar_as_double(value_type_t type, uint64_t bits);
 
 /// Compare `one` with `other`.
 pus_comparison_t pus_scalar_compare(value_type_t type, uint64_t one, uint64_t other);
-/// Returns the type of the difference of two values of a type: the signed type of the same size.
+/// Returns the type of the difference of two values of a type: the signed type of the same size, or the type
+/// itself if it is real.
 value_type_t pus_scalar_delta_type(value_type_t type);
 /// Compare the mean difference over `count` (>= 1) steps from `first` to `last` with a threshold, whose type
 /// is pus_scalar_delta_type(type). Integers are compared exactly, real numbers in double precision.

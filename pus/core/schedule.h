@@ -135,8 +135,8 @@ MUST_USE status_t pus_schedule_restore(pus_schedule_t* schedule, uint32_t key, c
                                        size_t size);
 /// Release due activities, and continue a report.
 void pus_schedule_step(pus_schedule_t* schedule, uint64_t now_ns);
-/// True if the next step has work, independent of its time: the port has refused a request, or more
-/// activities were due than one step may release.
+/// True if the next step has work, independent of its time: the port has refused a request, a restart has
+/// found requests under release, or a report is not complete. Due activities are not included.
 bool pus_schedule_is_waiting(const pus_schedule_t* schedule);
 /// Tag of the next activity; UINT64_MAX if there is none.
 uint64_t pus_schedule_next(const pus_schedule_t* schedule);

@@ -77,8 +77,8 @@ void pus_answer_send(pus_request_t* request, octet_writer_t* writer);
 octet_writer_t pus_answer_begin(const pus_request_t* request, uint8_t subtype);
 /// Begin a report that is a list: its count comes first, and pus_list_end writes it.
 octet_writer_t pus_list_begin(const pus_request_t* request, uint8_t subtype);
-/// Finish a list and post it. PUS_DONE; PUS_FAILED with PUS_FAILURE_TABLE_FULL if the list is too long for a
-/// packet.
+/// Finish a list and post it. PUS_DONE (also if the process could not keep the report, and has counted it as
+/// lost); PUS_FAILED with PUS_FAILURE_TABLE_FULL if the list is too long for a packet.
 pus_reply_t pus_list_end(const pus_request_t* request, octet_writer_t* writer, uint16_t count);
 
 /// A performer executes requests of some services later, in another loop, with pus_perform.

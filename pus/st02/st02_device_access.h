@@ -52,7 +52,7 @@ typedef struct {
 
 typedef struct {
     uint16_t return_code; ///< Code of an acquisition; not 0 if it failed.
-    uint32_t detail;      ///< Detail of TM[1,8] if it failed.
+    uint32_t detail;      ///< Detail of the failure in TM[1,6] and TM[1,8], if it failed.
     uint16_t size;        ///< Size of the data that were read; a register has 4.
     uint8_t data[PUS_DEVICE_DATA_MAX];
 } pus_device_result_t;

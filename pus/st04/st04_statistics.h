@@ -57,7 +57,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
         uint32_t not_finite; ///< Values that were not finite.
         uint32_t lost;       ///< Periodic reports that were not sent completely.
         uint32_t refused;    ///< Instructions and requests refused.
-        uint32_t unsaved;    ///< Records that could not be stored; their changes were refused.
+        uint32_t unsaved;    ///< Records that could not be stored or erased; their changes were refused.
     } counters;
 } pus_statistics_t;
 

@@ -81,8 +81,9 @@ typedef struct { // All fields are private, except the last four, which may be r
     uint8_t filter_count;
     uint32_t kernel_overruns;
     osal_can_filter_t filters[OSAL_CAN_FILTERS_MAX];
-    bool carries_fd;   ///< FD frames may be sent.
-    uint32_t overruns; ///< Frames lost because this end's receive queue was full, as of the last receive.
+    bool carries_fd; ///< FD frames may be sent.
+    /// Frames lost because the receive queue of the node end was full, as of the last receive.
+    uint32_t overruns;
     uint32_t refused;  ///< Sends refused because the queue was full.
     uint32_t filtered; ///< Received and dropped by the filters; those that the kernel drops are not counted.
 } osal_can_t;
@@ -98,9 +99,11 @@ typedef struct {       // Counts of a counted hand-over, sums of both directions
 /// Create the shared memory of a "shm:" or counted bus. Exactly one process calls this, before either end
 /// opens. For a counted bus the address names the interface of the wire end. Returns STATUS_OK,
 /// STATUS_EXISTS, STATUS_INVALID (malformed address, or one without shared memory), STATUS_NOT_FOUND
-/// (interface), STATUS_UNSUPPORTED (no SocketCAN here), STATUS_DENIED, STATUS_IO.
+/// (interface), STATUS_NOT_OURS (the interface is not for CAN), STATUS_UNSUPPORTED (no SocketCAN here),
+/// STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_can_create(const char* address);
-/// Remove the shared memory of a bus. Open ends stay usable. Returns STATUS_OK, STATUS_NOT_FOUND.
+/// Remove the shared memory of a bus. Open ends stay usable. Returns STATUS_OK, STATUS_NOT_FOUND (no such
+/// memory, or it cannot be removed).
 status_t osal_can_destroy(const char* address);
 /// Read the counts of a counted bus. Returns STATUS_OK, STATUS_NOT_FOUND (no such counted bus).
 MUST_USE status_t osal_can_hand_over(const char* address, osal_can_hand_over_t* out_counts);
@@ -120,11 +123,12 @@ void osal_can_close(osal_can_t* can);
 MUST_USE status_t osal_can_filter(osal_can_t* can, const osal_can_filter_t* filters, size_t count);
 
 /// Queue a frame. Returns STATUS_OK, STATUS_FULL (counted in `refused`), STATUS_INVALID (a length that no CAN
-/// frame has, or an FD frame on an interface that does not carry FD), STATUS_UNSUPPORTED (an error frame,
-/// where the interface is a controller), STATUS_CLOSED (not open, or the interface is down or gone).
+/// frame has, or an FD frame on an interface that does not carry FD), STATUS_UNSUPPORTED (an error frame on a
+/// counted bus whose wire end is a controller), STATUS_CLOSED (not open, or the interface is down or gone).
 MUST_USE status_t osal_can_send(osal_can_t* can, const osal_can_frame_t* frame);
-/// Take the oldest received frame. Returns STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (not open, or the interface
-/// is down or removed: close; when it exists again, open again).
+/// Take the oldest received frame that passes the filters. Returns STATUS_OK, STATUS_EMPTY (also: this call
+/// has dropped OSAL_CAN_RING_FRAMES frames; more may follow), STATUS_CLOSED (not open, or the interface is
+/// down or removed: close; when it exists again, open again). *out_frame is valid only with STATUS_OK.
 MUST_USE status_t osal_can_receive(osal_can_t* can, osal_can_frame_t* out_frame);
 
 #endif // OSAL_CAN_H

@@ -35,8 +35,9 @@ typedef struct { // Private; -1: none.
 } osal_can_claim_t;
 
 /// Query the properties of an interface. Returns STATUS_OK, STATUS_INVALID (name empty, longer than 15
-/// characters, or with a '/' or a space), STATUS_UNSUPPORTED (no SocketCAN in this kernel), STATUS_NOT_FOUND
-/// (no such interface), STATUS_NOT_OURS (it is not an interface for CAN), STATUS_DENIED, STATUS_IO.
+/// characters, "." or "..", or with '/', ':' or white space), STATUS_UNSUPPORTED (no SocketCAN in this
+/// kernel), STATUS_NOT_FOUND (no such interface), STATUS_NOT_OURS (it is not an interface for CAN),
+/// STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_can_interface_look(const char* name, osal_can_interface_t* out_interface);
 
 /// Create a vcan interface, classic or FD, with a label, and bring it up. Returns STATUS_OK, STATUS_EXISTS,

@@ -8,9 +8,9 @@
 ///
 /// In stepped time only osal_clock_wait waits for simulated time. Other calls of this layer that may wait
 /// keep the grant: simulated time does not advance, and their time-outs are wall-clock time. These are
-/// osal_event_wait, osal_mutex_lock, osal_task_join, osal_socket_wait_readable, osal_process_start,
-/// osal_process_wait_any, and calls for files, directories, console, network namespaces, CAN interfaces and a
-/// counted CAN bus. Such a wait for a participant that needs a grant is a deadlock.
+/// osal_event_wait, osal_mutex_lock, osal_task_join, osal_socket_wait_*, osal_device_wait_readable,
+/// osal_process_start, osal_process_wait_any, and calls for files, directories, console, network namespaces,
+/// CAN interfaces and a counted CAN bus. Such a wait for a participant that needs a grant is a deadlock.
 ///
 /// Ownership  The caller provides osal_clock_t.
 /// Context    The one task that runs the program's loop.
@@ -71,14 +71,16 @@ void osal_clock_take_grant(osal_clock_t* clock, const osal_grant_t* grant);
 /// Monotonic time of the machine [ns]; for origins and measurements, but not for decisions of flight
 /// software.
 uint64_t osal_clock_monotonic_ns(void);
-/// Returns the time of the run [ns]: real time since the origin, or the time of the present grant.
+/// Returns the time of the run [ns]: real time since the origin (0 before it), or the time of the present
+/// grant.
 uint64_t osal_clock_now_ns(const osal_clock_t* clock);
 
-/// Wait until `wake_ns` or until one of `sockets` (0..OSAL_CLOCK_SOCKETS_MAX, all open) has something to
-/// read, or, stepped, until a delivery. Stepped: the present grant ends. Real: a caught stop signal
-/// (osal_process_catch_stop) ends the wait early, too; if the wake time has passed, the sockets are still
-/// polled. A granted clock cannot wait: that is a coding error. Returns STATUS_OK, STATUS_CLOSED (the run
-/// ended), STATUS_UNSUPPORTED at once (real: there are sockets, and this system's sockets cannot end a wait).
+/// Wait until the time of the run is `wake_ns`. Real: or until one of `sockets` (0..OSAL_CLOCK_SOCKETS_MAX,
+/// all open) has something to read, or a caught stop signal (osal_process_catch_stop); if the wake time has
+/// passed, the sockets are still polled. Stepped: or until a delivery; the sockets are not used, and the
+/// present grant ends. A granted clock cannot wait: that is a coding error. Returns STATUS_OK, STATUS_CLOSED
+/// (stepped: the run or the life of the caller has ended), STATUS_UNSUPPORTED at once (real: there are
+/// sockets, and this system's sockets cannot end a wait).
 MUST_USE status_t osal_clock_wait(osal_clock_t* clock, uint64_t wake_ns, osal_socket_t* const* sockets,
                                   size_t socket_count);
 

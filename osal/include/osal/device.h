@@ -39,15 +39,17 @@ typedef struct { // Private; descriptor < 0 when closed.
 /// STATUS_EXHAUSTED (no descriptor left), STATUS_INVALID (a directory), STATUS_IO.
 MUST_USE status_t osal_device_open(osal_device_t* device, const char* path,
                                    osal_device_direction_t direction);
-/// Write as much as the device takes now. STATUS_OK with *out_sent >= 1, STATUS_FULL (it takes nothing now,
-/// or a file has no space), STATUS_CLOSED (the partner, or the device, is gone), STATUS_IO.
+/// Write as much of `size` octets (>= 1) as the device takes now. STATUS_OK with *out_sent >= 1, STATUS_FULL
+/// (it takes nothing now, or a file has no space), STATUS_CLOSED (the partner, or the device, is gone),
+/// STATUS_IO.
 MUST_USE status_t osal_device_write(osal_device_t* device, const uint8_t* octets, size_t size,
                                     size_t* out_sent);
-/// Read the available octets. STATUS_OK with *out_size >= 1, STATUS_EMPTY (nothing now; or the end of a
-/// file, which may grow), STATUS_CLOSED (the partner, or the device, is gone), STATUS_IO.
+/// Read at most `capacity` (>= 1) of the available octets. STATUS_OK with *out_size >= 1, STATUS_EMPTY
+/// (nothing now; or the end of a file, which may grow), STATUS_CLOSED (the partner, or the device, is gone),
+/// STATUS_IO.
 MUST_USE status_t osal_device_read(osal_device_t* device, uint8_t* octets, size_t capacity, size_t* out_size);
-/// Wait (wall-clock) until octets can be read or the partner is gone, at most timeout_ms. STATUS_OK,
-/// STATUS_TIMEOUT.
+/// Wait (wall-clock) until octets can be read or the partner is gone, at most timeout_ms (<= INT32_MAX).
+/// STATUS_OK, STATUS_TIMEOUT.
 MUST_USE status_t osal_device_wait_readable(osal_device_t* device, uint32_t timeout_ms);
 /// Both ends of a pipe, for a child process that inherits one of them. STATUS_OK, STATUS_EXHAUSTED (no
 /// descriptor left), STATUS_UNSUPPORTED.

@@ -5,10 +5,10 @@
 /// to OSAL_NAME_SIZE - 1 octets other than `/` and is neither "." nor "..". Each name is looked up in the
 /// directory before it, and symbolic links are not followed, so no path leaves the tree, whatever other
 /// programs do to it meanwhile. Links, devices, pipes and sockets are treated as absent, but a call cannot
-/// create an entry with the name of one.
+/// create an entry with the name of one. A file in place of a directory, or the reverse, is STATUS_NOT_FOUND.
 ///
-/// When a call that changes names returns STATUS_OK, the change is on the disk. STATUS_INVALID: the argument
-/// is not such a path.
+/// When a call that changes names returns STATUS_OK, the change is on the disk; with STATUS_IO it may be
+/// made. STATUS_INVALID: the argument is not such a path, or is the root where an entry of it is needed.
 ///
 /// Ownership  The caller provides the handle.
 /// Context    Any.
@@ -61,7 +61,7 @@ MUST_USE status_t osal_directory_create_file(const osal_directory_t* root, const
 MUST_USE status_t osal_directory_remove_file(const osal_directory_t* root, const char* path);
 /// Give a file or directory another path; at any moment it has exactly one of the two paths. STATUS_OK,
 /// STATUS_NOT_FOUND (the file or directory, or the directory of the new path), STATUS_EXISTS, STATUS_INVALID
-/// (also: a directory would be moved into itself), STATUS_DENIED, STATUS_IO.
+/// (also: a directory would be moved into itself), STATUS_FULL, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_rename(const osal_directory_t* root, const char* path, const char* new_path);
 /// List the files and directories of a directory whose names come next after `after` ("": from the
 /// beginning), in the order of their octets. Names that begin with a dot or are too long are left out.

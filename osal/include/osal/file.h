@@ -48,8 +48,8 @@ MUST_USE status_t osal_file_size(osal_file_t* file, uint64_t* out_size);
 /// Cut the file to `size`, or extend it with zeros. STATUS_OK, STATUS_FULL (no space, or beyond what a file
 /// can have), STATUS_IO.
 MUST_USE status_t osal_file_resize(osal_file_t* file, uint64_t size);
-/// Reserve disk space for the first `size` octets, so that a write to this part cannot fail for lack of
-/// space. The file grows to `size`. STATUS_OK, STATUS_FULL (no space, or beyond what a file can have),
+/// Reserve disk space for the first `size` octets (>= 1), so that a write to this part cannot fail for lack
+/// of space. The file grows to `size`. STATUS_OK, STATUS_FULL (no space, or beyond what a file can have),
 /// STATUS_UNSUPPORTED (this file system cannot reserve space), STATUS_IO.
 MUST_USE status_t osal_file_reserve(osal_file_t* file, uint64_t size);
 /// True while the file has a name in the file system. If it was removed, its content is lost on close.
@@ -70,8 +70,8 @@ MUST_USE status_t osal_file_create_directory(const char* path);
 status_t osal_file_remove(const char* path);
 /// Rename a file on the same disk, replacing a file of that name: at any moment the name refers to one of the
 /// two complete files. STATUS_OK (the change is on the disk), STATUS_NOT_FOUND (the file, or the directory of
-/// the new name), STATUS_DENIED, STATUS_IO, STATUS_UNSUPPORTED (renamed, but the system cannot force it to
-/// the disk).
+/// the new name), STATUS_DENIED, STATUS_IO (also: renamed, but perhaps not on the disk), STATUS_UNSUPPORTED
+/// (renamed, but the system cannot force it to the disk).
 MUST_USE status_t osal_file_rename(const char* path, const char* new_path);
 
 /// Make `path` a symbolic link to `target`, replacing an existing link. STATUS_OK, STATUS_EXISTS (not a

@@ -57,7 +57,7 @@ bool osal_hand_over_is_present(const osal_hand_over_t* hand_over);
 void osal_hand_over_announce(osal_hand_over_t* hand_over, uint32_t count);
 /// Returns the number of octets or datagrams announced by the other end and not taken yet.
 uint32_t osal_hand_over_due(const osal_hand_over_t* hand_over);
-/// Note that this end has received `count` octets or datagrams.
+/// Note that this end has received `count` octets or datagrams; of these, at most those that are due count.
 void osal_hand_over_take(osal_hand_over_t* hand_over, uint32_t count);
 /// Count all octets or datagrams that are due as lost, and do not wait for them any more.
 void osal_hand_over_give_up(osal_hand_over_t* hand_over);

@@ -52,16 +52,16 @@ typedef struct {
 /// loop uses osal_lockstep_next and osal_lockstep_done. Null if the system has no lock for `is_shared`.
 osal_lockstep_t* osal_lockstep_create(void* storage, uint64_t step_ns, bool is_shared);
 /// A process that a signal stops inside one of these calls blocks the calls of all other processes. If such a
-/// process has a life and blocks another one for `timeout_ns` of wall-clock time, it is killed, and its death
-/// is treated like any other. A process without a life is not killed. The initial value is
+/// process has a life and blocks another one for `timeout_ns` (at least 2) of wall-clock time, it is killed,
+/// and its death is treated like any other. A process without a life is not killed. The initial value is
 /// OSAL_LOCKSTEP_TIMEOUT_NS.
 void osal_lockstep_set_timeout(osal_lockstep_t* scheduler, uint64_t timeout_ns);
 /// Returns the scheduler that another process has created in `storage`; null if there is none.
 osal_lockstep_t* osal_lockstep_attach(void* storage);
 
-/// Life `life` of the participant begins at `at_ns`, or now if that is past: it gets its first grant then.
-/// Simulated time stops at `at_ns` until the life has joined by its first wait. Deliveries to that life count
-/// from this call on. No effect on a participant whose life has not ended.
+/// Life `life` (>= 1) of the participant begins at `at_ns`, or now if that is past: it gets its first grant
+/// then. Simulated time stops at `at_ns` until the life has joined by its first wait. Deliveries to that life
+/// count from this call on. No effect on a participant whose life has not ended.
 void osal_lockstep_expect(osal_lockstep_t* scheduler, unsigned participant, uint32_t life, uint64_t at_ns);
 /// The process of that life has died. If it held the grant, the next participant gets the grant. A wait in
 /// that life returns STATUS_CLOSED. Any process may call this at any time. It must be called for every
@@ -94,14 +94,15 @@ bool osal_lockstep_is_closed(const osal_lockstep_t* scheduler);
 /// A wake time that is not after now means the next time step. The first call joins: the participant takes
 /// part from the end of the present grant on, in the same instant if its turn is still to come. `life`: the
 /// life of the caller; a participant that was not expected joins with OSAL_LOCKSTEP_ANY_LIFE. Returns
-/// STATUS_OK, STATUS_CLOSED.
+/// STATUS_OK, STATUS_CLOSED (the run or that life has ended, or the life does not hold the grant).
 MUST_USE status_t osal_lockstep_wait(osal_lockstep_t* scheduler, unsigned participant, uint32_t life,
                                      uint64_t wake_ns, osal_grant_t* out_grant);
 
 /// Image form: set the running participant's next wake time (first call joins) without blocking.
 void osal_lockstep_done(osal_lockstep_t* scheduler, unsigned participant, uint64_t wake_ns);
 /// Image form: choose and grant the next participant. Returns STATUS_OK, STATUS_EMPTY (no participant wants
-/// to wake), STATUS_BUSY (this expected participant has not joined), STATUS_CLOSED.
+/// to wake), STATUS_BUSY (*out_participant is expected and has not joined), STATUS_CLOSED (the run has
+/// ended).
 MUST_USE status_t osal_lockstep_next(osal_lockstep_t* scheduler, unsigned* out_participant,
                                      osal_grant_t* out_grant);
 
@@ -116,8 +117,8 @@ uint64_t osal_lockstep_now_ns(const osal_lockstep_t* scheduler);
 /// Presence of a participant. *out_life: number of its life, or of its last life if it is absent (0: none).
 osal_lockstep_presence_t osal_lockstep_presence(const osal_lockstep_t* scheduler, unsigned participant,
                                                 uint32_t* out_life);
-/// Returns the time at which the present life of the participant began or begins; OSAL_LOCKSTEP_NEVER if it
-/// has not joined.
+/// Returns the time [ns] at which the present life of the participant began or begins; OSAL_LOCKSTEP_NEVER
+/// unless it is JOINED.
 uint64_t osal_lockstep_begin_ns(osal_lockstep_t* scheduler, unsigned participant);
 /// True if the participant has joined and not ended.
 bool osal_lockstep_is_present(const osal_lockstep_t* scheduler, unsigned participant);

@@ -31,8 +31,8 @@ typedef struct { // Private.
 } osal_mqueue_t;
 
 /// Create a queue of `depth` messages of up to `message_octets` (1 or more each) and open it to send and
-/// receive. STATUS_OK, STATUS_EXISTS, STATUS_INVALID (name, or a size of 0), STATUS_EXHAUSTED (more than the
-/// system grants), STATUS_DENIED, STATUS_UNSUPPORTED, STATUS_IO.
+/// receive. STATUS_OK, STATUS_EXISTS, STATUS_INVALID (name, or a depth or size of 0), STATUS_EXHAUSTED (more
+/// than the system grants), STATUS_DENIED, STATUS_UNSUPPORTED, STATUS_IO.
 MUST_USE status_t osal_mqueue_create(osal_mqueue_t* queue, const char* name, uint32_t depth,
                                      uint32_t message_octets);
 /// Open a queue to send and receive. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (name), STATUS_EXHAUSTED,

@@ -19,7 +19,8 @@ typedef struct { // Private: the stack to return to.
 /// `home` keeps the previous stack. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED (no privilege),
 /// STATUS_UNSUPPORTED, STATUS_IO; on failure nothing has changed.
 MUST_USE status_t osal_network_enter(osal_network_t* home, const char* path);
-/// Return to the stack that was used before osal_network_enter. STATUS_OK, STATUS_DENIED, STATUS_IO.
+/// Return to the stack that was used before the successful osal_network_enter that has filled `home`; `home`
+/// is empty afterwards, whatever the status. STATUS_OK, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_network_leave(osal_network_t* home);
 /// Remove the name of a namespace. The namespace ends with its last process and socket. STATUS_OK,
 /// STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.

@@ -74,11 +74,12 @@ status_t osal_process_stop(osal_process_t* process, bool by_force);
 status_t osal_process_suspend(osal_process_t* process);
 /// State of the process now. STATUS_OK, STATUS_NOT_FOUND (has ended).
 MUST_USE status_t osal_process_look(const osal_process_t* process, osal_process_look_t* out_look);
-/// Watch a process that is not a child of this one, by its id. STATUS_OK, STATUS_NOT_FOUND,
-/// STATUS_UNSUPPORTED.
+/// Watch a process that is not a child of this one, by its id. STATUS_OK, STATUS_NOT_FOUND (also: no
+/// descriptor left), STATUS_UNSUPPORTED.
 MUST_USE status_t osal_process_watch(osal_process_t* process, int32_t id);
 /// Stop watching; the process itself continues. Not necessary for a child whose end was reported.
 void osal_process_release(osal_process_t* process);
+/// True if the process has not ended. False also after osal_process_release.
 bool osal_process_is_alive(const osal_process_t* process);
 int32_t osal_process_own_id(void);
 /// Returns the value of an environment variable of this program, or null if there is none. Valid until the

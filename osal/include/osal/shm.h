@@ -16,10 +16,10 @@ typedef struct { // Private.
 } osal_shm_t;
 
 /// Create and map a shared memory. STATUS_OK, STATUS_EXISTS, STATUS_INVALID (name or size 0),
-/// STATUS_EXHAUSTED (no memory), STATUS_DENIED, STATUS_IO.
+/// STATUS_EXHAUSTED (no memory, or no descriptor left), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_shm_create(osal_shm_t* shm, const char* name, size_t size);
-/// Map the whole of an existing shared memory. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (name),
-/// STATUS_DENIED, STATUS_IO.
+/// Map the whole of an existing shared memory. STATUS_OK, STATUS_NOT_FOUND (also: its creator has not set the
+/// size yet), STATUS_INVALID (name), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_shm_open(osal_shm_t* shm, const char* name);
 void* osal_shm_address(const osal_shm_t* shm);
 size_t osal_shm_size(const osal_shm_t* shm);

@@ -66,10 +66,11 @@ MUST_USE status_t osal_tcp_listen(osal_socket_t* socket, osal_address_t local);
 MUST_USE status_t osal_tcp_accept(osal_socket_t* listener, osal_socket_t* out_client,
                                   osal_address_t* out_peer);
 /// Start to connect, without waiting. STATUS_OK (connected), STATUS_BUSY (call osal_tcp_connect_result),
-/// STATUS_CLOSED (refused), STATUS_EXHAUSTED (no descriptor or memory), STATUS_IO.
+/// STATUS_CLOSED (refused, or no route), STATUS_EXHAUSTED (no descriptor or memory), STATUS_IO. The socket is
+/// open only with the first two.
 MUST_USE status_t osal_tcp_connect_begin(osal_socket_t* socket, osal_address_t to);
-/// Result of osal_tcp_connect_begin. STATUS_OK, STATUS_BUSY (no result yet), STATUS_CLOSED (refused, or no
-/// listener), STATUS_IO; with the last two the socket is closed.
+/// Result of osal_tcp_connect_begin. STATUS_OK, STATUS_BUSY (no result yet), STATUS_CLOSED (refused, no
+/// route, or no answer), STATUS_IO; with the last two the socket is closed.
 MUST_USE status_t osal_tcp_connect_result(osal_socket_t* socket);
 /// Send as much of `size` octets (>= 1) as the kernel takes. STATUS_OK with *out_sent >= 1, STATUS_FULL,
 /// STATUS_CLOSED, STATUS_IO.
@@ -95,7 +96,7 @@ MUST_USE status_t osal_socket_wait_readable(osal_socket_t* socket, uint32_t time
 /// Wait (wall-clock) until the socket is writable, that is, until osal_tcp_connect_begin has a result, at
 /// most timeout_ms (<= INT32_MAX). STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
 MUST_USE status_t osal_socket_wait_writable(osal_socket_t* socket, uint32_t timeout_ms);
-/// Local address of a bound socket. STATUS_OK, STATUS_IO.
+/// Local address of a bound UDP or TCP socket. STATUS_OK, STATUS_IO (also: another kind of socket).
 MUST_USE status_t osal_socket_local_address(const osal_socket_t* socket, osal_address_t* out_local);
 /// Returns the descriptor number, for osal_process_start_t.descriptors and osal_socket_adopt in the child;
 /// -1: closed.

@@ -7,8 +7,8 @@
 #ifndef OSAL_TARGET_WIRE_H
 #define OSAL_TARGET_WIRE_H
 
-#define TARGET_WIRE_HEADER_OCTETS 5U ///< Number of octets and kind.
-#define TARGET_WIRE_DATAGRAM_MAX 8192U
+#define TARGET_WIRE_HEADER_OCTETS 5U    ///< Number of octets and kind.
+#define TARGET_WIRE_DATAGRAM_MAX 8192U  ///< Octets of a datagram in one record.
 #define TARGET_WIRE_DATAGRAM_OCTETS 10U ///< Socket and address, before the octets of a datagram.
 #define TARGET_WIRE_STREAM_MAX 16384U   ///< Octets of the stream in one record.
 /// Longest content of a record.

@@ -60,7 +60,7 @@ MUST_USE status_t osal_tipc_receive(osal_socket_t* socket, uint64_t* out_from, u
 MUST_USE status_t osal_tipc_identity(const osal_socket_t* socket, uint64_t* out_identity);
 
 /// Watch the names of one service type: receive an event for each existing name, and later for each name that
-/// appears or disappears. STATUS_OK, STATUS_UNSUPPORTED, STATUS_EXHAUSTED, STATUS_IO.
+/// appears or disappears. STATUS_OK, STATUS_UNSUPPORTED, STATUS_DENIED, STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t osal_tipc_watch_open(osal_socket_t* socket, uint32_t type);
 /// Take the next event of the watch. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (the topology service has ended
 /// the watch), STATUS_IO.
