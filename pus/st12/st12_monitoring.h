@@ -137,7 +137,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
         uint32_t lost;        ///< Transitions not reported, because the list was full and the port refused.
         uint32_t failures;    ///< FMONs that became failed.
         uint32_t refused;     ///< Instructions and requests refused.
-        uint32_t unsaved;     ///< Records that could not be stored; their changes were refused.
+        uint32_t unsaved;     ///< Records that could not be stored or erased; their changes were refused.
     } counters;
 } pus_monitoring_t;
 

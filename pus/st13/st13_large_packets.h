@@ -71,7 +71,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     uint16_t transaction; // Transaction of the next long report.
     struct {
         uint32_t reports;  ///< Reports of which all parts were sent.
-        uint32_t parts;    ///< Parts of these reports.
+        uint32_t parts;    ///< Parts of reports sent.
         uint32_t requests; ///< Requests that were assembled and taken.
         uint32_t aborted;  ///< Aborted uplinks.
         uint32_t refused;  ///< Parts refused, and reports for which there was no buffer.

@@ -109,7 +109,7 @@ typedef struct { // Private, except `counters` and `stores`: read-only, for tele
     pus_store_t stores[PUS_STORES_MAX];
     uint8_t buffer[PUS_STORE_BUFFER_SIZE];
     struct {
-        uint32_t lost;    ///< Selected reports that could not be stored.
+        uint32_t lost;    ///< Reports that could not be stored, counted for each store that selects them.
         uint32_t refused; ///< Sends that the port refused.
         uint32_t unkept;  ///< Checkpoints that could not be stored.
     } counters;

@@ -138,7 +138,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
         uint32_t aborted; ///< Stopped or aborted.
         uint32_t sent;    ///< Requests released.
         uint32_t refused; ///< Instructions and requests refused.
-        uint32_t unsaved; ///< Records that could not be stored; their changes were refused.
+        uint32_t unsaved; ///< Changes and commits that could not be stored; such a change was refused.
     } counters;
 } pus_procedures_t;
 

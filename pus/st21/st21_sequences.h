@@ -66,7 +66,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
         uint32_t aborted;
         uint32_t released; ///< Requests released.
         uint32_t deferred; ///< Number of times that the port refused a request.
-        uint32_t refused;  ///< Requests to this service that were refused.
+        uint32_t refused;  ///< Requests to this service that were refused, and loads that failed.
     } counters;
 } pus_sequences_t;
 

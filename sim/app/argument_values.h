@@ -15,7 +15,7 @@ void argument_refuse_word(const char* word, const char* expected);
 /// value is refused.
 bool argument_count(const char* option, const char* text, uint64_t limit, uint64_t* out_value);
 bool argument_unsigned(const char* option, const char* text, uint64_t limit, unsigned* out_value);
-/// Read a time in seconds, and convert it to nanoseconds. Returns false if the value is refused.
+/// Read a time in seconds, 0 to 1e9, and convert it to nanoseconds. Returns false if the value is refused.
 bool argument_seconds(const char* option, const char* text, uint64_t* out_ns);
 
 #endif // SIM_APP_ARGUMENT_VALUES_H

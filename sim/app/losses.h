@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The losses that a simulator has counted, which it prints at the end of a run.
+/// Losses that a simulator has counted and prints at the end of a run: those of tools and of instruments.
 ///
 /// Context    The task of the simulator.
 #ifndef SIM_APP_LOSSES_H

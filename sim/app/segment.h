@@ -27,7 +27,9 @@ typedef struct { // Private, except name, bus, flight_node, listen and listener.
     const char* address; // Address of the wire end.
     bool is_lost;        // The interface to flight software is removed or down.
     uint64_t retry_ns;
-    uint64_t refused; ///< Frames of the flight software that the bus did not accept.
+    /// Frames of the flight software that the bus did not accept (node bus-off or unplugged, frame not
+    /// valid), and error reports of the controller of the wire end.
+    uint64_t refused;
     frame_log_t* log;
     gateway_t* gateway;
     /// Called for every frame on the wire, without being a node of the bus; may be null.
@@ -49,7 +51,8 @@ typedef struct {
 } segment_config_t;
 
 /// Open a segment; segment_close must be called in any case. STATUS_OK; else `error` is filled:
-/// STATUS_NOT_FOUND (no such controller), STATUS_EXHAUSTED, STATUS_INVALID, STATUS_IO.
+/// STATUS_INVALID (a bit rate, or no memory for the bus), STATUS_EXHAUSTED (memory, nodes of the bus),
+/// statuses of osal_can_open (controller, interface of tools) and of frame_log_open.
 MUST_USE status_t segment_open(segment_t* segment, const segment_config_t* config,
                                char error[SIMULATOR_ERROR_MAX]);
 /// Returns STATUS_OK, or STATUS_IO: the log is not complete.

@@ -65,19 +65,19 @@ typedef struct {
 
 typedef struct {
     uint64_t busy_ns[SIMULATOR_BUSES_MAX]; ///< Per bus: first the buses of the world, in its order.
-    /// Lost frames of flight software: its transmit queue was full, or its node was disconnected.
-    uint64_t refused;
-    uint64_t tool_dropped; ///< Messages that a tool at the socketcand port did not read.
-    uint64_t tools_lost;   ///< Tools in lock-step that did not finish a step in SIMULATOR_TOOL_TIMEOUT_S.
-    uint64_t tool_frames;  ///< Frames of tools on the interfaces that publish buses.
-    uint64_t unpublished;  ///< Frames that such an interface did not accept.
-    uint64_t undelivered;  ///< See instrument_set_lost.
+    uint64_t refused;                      ///< Sum of segment_t.refused.
+    uint64_t tool_dropped;                 ///< Messages that a tool at the socketcand port did not read.
+    uint64_t tools_lost;  ///< Tools in lock-step that did not finish a step in SIMULATOR_TOOL_TIMEOUT_S.
+    uint64_t tool_frames; ///< Frames of tools on the interfaces that publish buses.
+    uint64_t unpublished; ///< Frames that such an interface did not accept.
+    uint64_t undelivered; ///< See instrument_set_lost.
 } simulator_statistics_t;
 
 typedef struct simulator simulator_t;
 
 /// Returns STATUS_OK; else *out_simulator is null and `error` is filled: STATUS_NOT_FOUND (a file or bus),
-/// STATUS_INVALID (content of a file), STATUS_EXHAUSTED (memory), STATUS_EXISTS (port in use), STATUS_IO.
+/// STATUS_INVALID (content of a file), STATUS_TOO_LARGE (file of the world), STATUS_EXHAUSTED (memory),
+/// STATUS_EXISTS (port in use), STATUS_IO, or another status of osal_can_open or instrument_open.
 MUST_USE status_t simulator_open(const simulator_config_t* config, simulator_t** out_simulator,
                                  char error[SIMULATOR_ERROR_MAX]);
 

@@ -49,15 +49,16 @@ typedef struct {
 typedef void (*bus_tap_t)(void* context, uint32_t senders, const osal_can_frame_t* frame);
 
 typedef struct {
-    uint64_t frames;     ///< Sent successfully.
-    uint64_t errors;     ///< Error frames on the wire.
-    uint64_t busy_ns;    ///< Time the wire was not idle, intermission included.
-    uint64_t lost;       ///< Receptions suppressed by the loss fault.
-    uint64_t refused;    ///< Submissions refused: queue full, bus-off or unplugged.
-    uint64_t longest_ns; ///< Longest time of a frame from being ready to its start of frame.
+    uint64_t frames;  ///< Sent successfully; a frame of the duplication fault counts each time.
+    uint64_t errors;  ///< Error frames on the wire, except those of the duplication fault.
+    uint64_t busy_ns; ///< Time of all frames and error frames, intermission included.
+    uint64_t lost;    ///< Receptions suppressed by the loss fault.
+    uint64_t refused; ///< Submissions refused: queue full, bus-off or unplugged.
+    uint64_t
+        longest_ns; ///< Longest time of a frame from being ready to a start of frame, repetitions included.
 } bus_statistics_t;
 
-/// Returns null if there is not enough memory or a bit rate does not divide 10^9.
+/// Returns null if there is not enough memory, the nominal bit rate is 0, or a bit rate does not divide 10^9.
 bus_t* bus_create(const bus_config_t* config);
 void bus_destroy(bus_t* bus);
 
@@ -68,7 +69,7 @@ void bus_remove_node(bus_t* bus, unsigned node);
 
 /// Queue a frame, ready at `time_ns` (at the present time if that is later). On a classic bus FD flags are
 /// refused. Returns STATUS_OK, STATUS_FULL, STATUS_CLOSED (the node is unplugged or bus-off), STATUS_INVALID
-/// (length, flags).
+/// (length, flags, an error frame; not counted in `refused`).
 status_t bus_submit(bus_t* bus, unsigned node, const osal_can_frame_t* frame, uint64_t time_ns);
 /// Returns the number of frames in the queue of a node, including the frame on the wire.
 unsigned bus_queued(const bus_t* bus, unsigned node);

@@ -3,7 +3,8 @@
 ///
 /// Counters change by the rules of ISO 11898-1: transmit error +8 (an error-passive transmitter that misses
 /// an acknowledge keeps its counter, so a node alone on the bus becomes passive and never bus-off), receive
-/// error +1, success -1. State changes are reported as SocketCAN error frames.
+/// error +1, success -1 (127 for the receive counter of an error-passive node). State changes, the first
+/// missing acknowledge and the end of bus-off are reported as SocketCAN error frames.
 ///
 /// Ownership  The caller provides controller_t.
 /// Time       O(1).

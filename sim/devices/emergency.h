@@ -49,8 +49,9 @@ void emergencies_init(emergencies_t* emergencies, const dictionary_t* dictionary
 /// Clear all errors; the history is kept.
 void emergencies_reset(emergencies_t* emergencies);
 
-/// An error appears. Returns true and the message to send if it was not present. The last four octets of the
-/// message contain `raw`: a number about the error, such as the length of a wrong frame.
+/// An error appears. Returns true and the message to send; false if the error was present, or if
+/// EMERGENCY_PRESENT_MAX others are: then it is not noted. The last four octets of the message contain `raw`:
+/// a number about the error, such as the length of a wrong frame.
 bool emergency_raise(emergencies_t* emergencies, uint16_t code, uint8_t axis, int32_t raw,
                      uint8_t message[EMERGENCY_OCTETS]);
 /// An error has ended. Returns true and the message to send (code 0) if it was present and no other error

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Homing of a CiA 402 drive (mode of operation 6): a search for the reference of its position. Bit 4 of the
-/// controlword starts it, bit 8 (halt) interrupts it, and bits 10, 12 and 13 of the statusword report it.
+/// controlword starts it and, when cleared, ends it; bit 8 (halt) pauses it; bits 10, 12 and 13 of the
+/// statusword report it.
 ///
 /// Methods (0x6098): 35 and 37 take the present position; -1 and -2 are manufacturer-specific and run with
 /// 0x6099:01 against the negative or positive end stop, until the torque has been at its limit for
-/// HOMING_STALL_NS. The search fails if the axis has travelled further than its range 0x607D without a stop.
-/// Any other method fails at once. 0x609A limits the acceleration. At the reference the position becomes
-/// -0x607C: the zero of the axis is the home position plus the home offset.
+/// HOMING_STALL_NS. The search fails if the commanded travel exceeds the range 0x607D. Any other method fails
+/// at once. 0x609A limits the acceleration. At the reference the position becomes -0x607C: the zero of the
+/// axis is the home position plus the home offset.
 ///
 /// Ownership  The caller provides homing_t; node and axis outlive it.
 #ifndef SIM_DEVICES_HOMING_H
@@ -20,8 +21,8 @@
 #define HOMING_STALL_NS 20000000U ///< Time at the torque limit that counts as an end stop.
 
 typedef enum {
-    HOMING_IDLE, ///< Not started, or interrupted.
-    HOMING_SEARCHING,
+    HOMING_IDLE,      ///< Not started, or ended before its result.
+    HOMING_SEARCHING, ///< Also while it is halted.
     HOMING_ATTAINED,
     HOMING_FAILED
 } homing_state_t;

@@ -32,7 +32,7 @@
 #define NODE_CHANNEL_A 0U
 #define NODE_CHANNEL_B 1U
 
-#define NODE_BOOT_NS 1000000U     ///< From power-on to boot-up, plus 10 us x node id.
+#define NODE_BOOT_NS 1000000U     ///< From an NMT reset to boot-up; from power-on 10 us x node id longer.
 #define NODE_ANSWER_NS 200000U    ///< SDO server's time to answer.
 #define NODE_PROCESSING_NS 10000U ///< Time from SYNC until the TPDO is ready.
 

@@ -20,8 +20,9 @@ typedef struct {
 
 /// Frame a message. Returns the octets of the frame.
 size_t stream_frame_put(const stream_framing_t* framing, const uint8_t* message, size_t size, uint8_t* frame);
-/// Remove the first message from the *held octets. False: no message is complete. If the length field is
-/// impossible, all octets are dropped.
+/// Move the first message from the *held octets to `message` (STREAM_FRAME_MESSAGE_MAX octets). False: no
+/// message is complete. If the length field is impossible, or a SLIP frame without end is too long, all
+/// octets are dropped. A longer message in a SLIP frame is cut.
 bool stream_frame_take(const stream_framing_t* framing, uint8_t* octets, size_t* held, uint8_t* message,
                        size_t* out_size);
 

@@ -28,7 +28,7 @@ typedef struct {
 
 typedef struct valve_box valve_box_t;
 
-/// Create a valve box. Statuses of node_create; STATUS_INVALID also if an object is missing.
+/// Create a valve box. Statuses of node_create.
 MUST_USE status_t valve_box_create(bus_t* bus, const char* eds_path, uint8_t node_id,
                                    const valve_box_config_t* config, valve_box_t** out_box,
                                    char error[EDS_ERROR_MAX]);

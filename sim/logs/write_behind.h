@@ -7,7 +7,8 @@
 /// Context    One task calls; write_behind_flush may also be called from the signal handler of a program that
 ///            crashes. `consume` runs in the task of the buffer or, in a flush and if no task can be started,
 ///            in that of the caller, never in both at once.
-/// Time       Adding a record waits only if the task has not yet consumed the other half.
+/// Time       write_behind_room and write_behind_flush without `waits` wait only if a half must be passed to
+///            the task and the task has not yet consumed the other half.
 #ifndef SIM_LOGS_WRITE_BEHIND_H
 #define SIM_LOGS_WRITE_BEHIND_H
 
@@ -43,8 +44,8 @@ typedef struct { // Private.
 /// Start the task. It may run on another processor if the program is pinned to one (osal_task_unpin). If it
 /// cannot be started, the caller consumes.
 void write_behind_open(write_behind_t* buffer, write_behind_consume_t consume, void* context);
-/// Returns the address for one record of up to `octets` octets. The caller writes the record there and calls
-/// write_behind_add with its size.
+/// Returns the address for one record of up to `octets` octets (<= WRITE_BEHIND_HALF). The caller writes the
+/// record there and calls write_behind_add with its size.
 uint8_t* write_behind_room(write_behind_t* buffer, size_t octets);
 void write_behind_add(write_behind_t* buffer, size_t octets);
 /// Pass the records so far to the task. `waits`: return when all are consumed, but wait for the task

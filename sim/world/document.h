@@ -43,8 +43,8 @@ typedef struct {
 } document_handler_t;
 
 /// Read a file. If the handler returns a status other than STATUS_OK, reading ends with this status.
-/// STATUS_OK, STATUS_NOT_FOUND (file), STATUS_INVALID (content), STATUS_TOO_LARGE, STATUS_EXHAUSTED (memory);
-/// for every status except STATUS_OK `error` is filled.
+/// STATUS_OK, STATUS_NOT_FOUND (the file cannot be opened), STATUS_INVALID (content), STATUS_TOO_LARGE (or
+/// the file cannot be read), STATUS_EXHAUSTED (memory); for every status except STATUS_OK `error` is filled.
 MUST_USE status_t document_read(const char* path, const document_handler_t* handler,
                                 char error[DOCUMENT_ERROR_MAX]);
 
@@ -71,9 +71,10 @@ typedef struct {
     bool is_optional; ///< If the attribute is missing, the record keeps its value.
 } field_t;
 
-/// Copy the attributes of an element into a record. STATUS_OK or STATUS_INVALID.
+/// Copy the attributes of an element into a record. STATUS_OK, or STATUS_INVALID: the error is filled, and
+/// the record may have changed.
 MUST_USE status_t element_take(const element_t* element, const field_t* fields, size_t count, void* record);
-/// Read a number. False: `text` is not a number, or it is outside the range.
+/// Read a number. False: `text` is not a number, or it is outside the range; *out_value may have changed.
 bool document_number(const char* text, double low, double high, double* out_value);
 /// Returns the value of an attribute, or null if there is none.
 const char* element_attribute(const element_t* element, const char* name);
