@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/world/world_instrument.h"
 
+#include "sim/world/world_internal.h"
+
 #include <string.h>
 
-#define GREAT 1e9
 #define CHOICE(attribute, member, is_optional)                                                               \
     {                                                                                                        \
         attribute, FIELD_NAME, offsetof(world_instrument_t, member), 0.0, 0.0, is_optional                   \
