@@ -72,6 +72,9 @@ typedef struct { // Units and limits of an axis.
     double high_rad;
     double speed_rad_s; ///< Largest speed (0x6080, at the output of the gear); 0: not limited.
     bool has_torque;    ///< The device has a rated torque; torques are fractions of it.
+    /// Default of the interpolation time period, 0x60C2: period x 10^period_exponent s. 0: no such object.
+    uint8_t period;
+    int8_t period_exponent;
     uint8_t unit_count;
     canopen_profile_unit_t units[PROFILE_UNITS_MAX];
 } canopen_profile_axis_t;

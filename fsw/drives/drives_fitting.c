@@ -9,6 +9,12 @@
 #include <string.h>
 
 #define OBJECT_MODE_OF_OPERATION 0x6060U
+#define OBJECT_INTERPOLATION_PERIOD 0x60C2U
+#define AXIS_OFFSET 0x800U
+#define MODE_CYCLIC_POSITION 8
+#define NANO_EXPONENT 9
+#define PERIOD_EXPONENT_MAX 1 // 255 x 10 s.
+#define NS_PER_US 1000U
 
 static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const reason)
 {
@@ -89,17 +95,32 @@ static bool node_fits(nodes_t* const nodes, const descriptor_endnode_t* const en
     return true;
 }
 
+/// Returns the last setting of an object, which is the one that stays; null if there is none.
+static const descriptor_setting_t* setting_of(const subsystem_descriptor_t* const descriptor,
+                                              const descriptor_device_t* const device, const uint32_t index,
+                                              const uint8_t subindex)
+{
+    const descriptor_setting_t* found = NULL;
+    for (uint16_t i = 0U; i < device->setting_count; i++) {
+        const descriptor_setting_t* const setting = &descriptor->settings[device->first_setting + i];
+        found = ((setting->index == index) && (setting->subindex == subindex)) ? setting : found;
+    }
+    return found;
+}
+
+/// Returns the mode of operation of an axis; 0 if no setting has it.
+static int mode_of(const subsystem_descriptor_t* const descriptor, const descriptor_device_t* const device,
+                   const uint32_t axis)
+{
+    const descriptor_setting_t* const setting =
+        setting_of(descriptor, device, OBJECT_MODE_OF_OPERATION + (axis * AXIS_OFFSET), 0U);
+    return (setting != NULL) ? (int)(int8_t)(uint8_t)setting->bits : 0;
+}
+
 int drives_mode(const subsystem_descriptor_t* const descriptor, const descriptor_device_t* const device)
 {
     FSW_ASSERT((descriptor != NULL) && (device != NULL));
-    int mode = 0;
-    for (uint16_t i = 0U; i < device->setting_count; i++) {
-        const descriptor_setting_t* const setting = &descriptor->settings[device->first_setting + i];
-        if ((setting->index == OBJECT_MODE_OF_OPERATION) && (setting->subindex == 0U)) {
-            mode = (int)(int8_t)(uint8_t)setting->bits;
-        }
-    }
-    return mode;
+    return mode_of(descriptor, device, 0U);
 }
 
 static bool is_one_of(const int* const modes, const int mode)
@@ -166,6 +187,59 @@ static bool units_fit(const subsystem_descriptor_t* const descriptor, const desc
         }
     }
     return true;
+}
+
+/// Returns value x 10^exponent s in ns; 0 if no drive has such a period.
+static uint64_t period_ns(const uint64_t value, const int exponent)
+{
+    if ((value > UINT8_MAX) || (exponent < -NANO_EXPONENT) || (exponent > PERIOD_EXPONENT_MAX)) {
+        return 0U;
+    }
+    uint64_t period = value;
+    for (int i = -NANO_EXPONENT; i < exponent; i++) {
+        period *= 10U;
+    }
+    return period;
+}
+
+/// Check the time over which an axis interpolates its set points. If a setting states it, it is the cycle of
+/// the configuration. Otherwise the default of the class is at most the cycle, so that the axis reaches each
+/// set point before the next one. A class without the object follows each set point at its SYNC.
+static bool period_fits(const subsystem_descriptor_t* const descriptor,
+                        const descriptor_device_t* const device, const uint32_t axis,
+                        const canopen_profile_axis_t* const profile, const uint64_t cycle_ns,
+                        subsystem_misfit_t* const out_misfit)
+{
+    const uint32_t index                       = OBJECT_INTERPOLATION_PERIOD + (axis * AXIS_OFFSET);
+    const descriptor_setting_t* const value    = setting_of(descriptor, device, index, 1U);
+    const descriptor_setting_t* const exponent = setting_of(descriptor, device, index, 2U);
+    const uint64_t period =
+        period_ns((value != NULL) ? value->bits : profile->period,
+                  (exponent != NULL) ? (int)(int8_t)(uint8_t)exponent->bits : profile->period_exponent);
+    if ((value != NULL) || (exponent != NULL)) {
+        return (period == cycle_ns) ||
+               refuse(out_misfit, (value != NULL) ? value->line : exponent->line,
+                      "0x60C2 of <Setting>, the time over which the drive interpolates its set points: "
+                      "expected value x 10^exponent s = samplingTime of the <Configuration>");
+    }
+    const bool is_interpolating = (mode_of(descriptor, device, axis) == MODE_CYCLIC_POSITION);
+    return !is_interpolating || (period <= cycle_ns) ||
+           refuse(out_misfit, device->line,
+                  "<Device> in mode 8, whose data sheet has a longer interpolation period, 0x60C2, than "
+                  "samplingTime of the <Configuration>: expected a <Setting> of 0x60C2:01 with samplingTime");
+}
+
+static bool periods_fit(const subsystem_descriptor_t* const descriptor,
+                        const descriptor_configuration_t* const configuration,
+                        const descriptor_device_t* const device, subsystem_misfit_t* const out_misfit)
+{
+    const canopen_device_profile_t* const profile = canopen_device_profile_find(device->type);
+    const uint64_t cycle_ns                       = (uint64_t)configuration->sampling_us * NS_PER_US;
+    bool fits                                     = true;
+    for (uint8_t i = 0U; fits && (i < profile->axis_count); i++) {
+        fits = period_fits(descriptor, device, i, &profile->axes[i], cycle_ns, out_misfit);
+    }
+    return fits;
 }
 
 /// Returns the first setting of a device that changes a mapping; null if there is none.
@@ -275,6 +349,7 @@ static bool configuration_fits(const subsystem_descriptor_t* const descriptor,
         if (!descriptor_is_stream(&devices[i]) || !need->permits_streams) {
             first_mode = (count == 0U) ? drives_mode(descriptor, &devices[i]) : first_mode;
             fits       = device_fits(descriptor, &devices[i], need, first_mode, out_misfit) &&
+                   periods_fit(descriptor, configuration, &devices[i], out_misfit) &&
                    is_only_device_of_node(descriptor, configuration, &devices[i], out_misfit);
             count++;
         }

@@ -14,7 +14,7 @@ from source import FNV_START, fnv64
 
 DEVICE_TYPE, VENDOR, PRODUCT = (0x1000, 0), (0x1018, 1), (0x1018, 2)
 AXES_MAX, PDOS_MAX, ENTRIES_MAX, VALUES_MAX, EMERGENCIES_MAX = 8, 4, 8, 16, 32
-CONTROLWORD, RATED_TORQUE, MAX_TORQUE = 0x6040, 0x6076, 0x6072
+CONTROLWORD, RATED_TORQUE, MAX_TORQUE, PERIOD = 0x6040, 0x6076, 0x6072, 0x60C2
 POSITION_LIMITS, MAX_SPEED, TURN_PER_MINUTE = 0x607D, 0x6080, 2.0 * math.pi / 60.0
 DECIMAL_DIGITS, ANALOGUE_INPUTS = 0x6132, {0x6130, 0x7130, 0x9130}  # CiA 404: value in 8, 16 and 32 bits.
 PDO_INVALID, EXTENDED_IDENTIFIER, IDENTIFIER_MASK, EACH_SYNC = 1 << 31, 0x3FFFF800, 0x7FF, 1
@@ -89,10 +89,12 @@ class _Class:
             self.place = (sheet.GEAR + offset, 1 if motor <= 0 else 2)
             self.fail(f"{sheet.GEAR + offset:#06x}: expected revolutions of more than 0, because the limit {MAX_SPEED + offset:#06x} is a speed of the motor")
         speed = speed * TURN_PER_MINUTE * shaft / motor if speed != 0 else 0.0
+        period, exponent = (self.values.get((PERIOD + offset, sub), default) for sub, default in ((1, 0), (2, -3)))  # CiA 402: ms.
         made_of = sheet.made_of(self.values, axis)
         units = ", ".join(f"{{{index:#06x}U, {sub}U, {self._octets(index, sub)}U, {self.values[index, sub]:#x}U}}" for index, sub in made_of)
         return (f"{{.position_rad = {position!r}, .velocity_rad_s = {velocity!r}, .has_torque = {str(rated).lower()}, "
                 f".low_rad = {low * position!r}, .high_rad = {high * position!r}, .speed_rad_s = {speed!r}, "
+                f".period = {period}U, .period_exponent = {exponent}, "
                 f".unit_count = {len(made_of)}U, .units = {{{units}}}}}")
 
     def _pdos(self, parameters, mappings, words):

@@ -99,6 +99,66 @@ static void a_missing_or_different_mode_is_refused(void)
                    7U, "mode");
 }
 
+/// A drive interpolates its set points over 0x60C2: the data sheet of the class has 5 x 10^-4 s.
+static bool fits_period(const char* const type, const char* const cycle, const char* const settings)
+{
+    char document[1024];
+    (void)snprintf(document, sizeof document,
+                   "<Subsystem name='ARM' id='16'>\n<Configuration name='C' id='1' priority='1' "
+                   "samplingTime='%s'>\n<Devices>\n<Device name='A' type='%s'>\n%s\n" ENDNODE(" node='0x11'")
+                       END,
+                   cycle, type, settings);
+    return fits_count(document, 1U);
+}
+
+#define CYCLIC_POSITION "<Setting object='0x6060:00' type='INT8' value='8'/>"
+#define PERIOD(value) "<Setting object='0x60C2:01' type='UINT8' value='" value "'/>"
+#define EXPONENT(value) "<Setting object='0x60C2:02' type='INT8' value='" value "'/>"
+
+static void a_period_of_set_points_that_is_set_is_the_cycle(void)
+{
+    static const struct {
+        const char* cycle;
+        const char* settings;
+        bool is_accepted;
+    } rows[] = {
+        {"1ms", CYCLIC_POSITION PERIOD("10"), true},
+        {"2ms", CYCLIC_POSITION PERIOD("10"), false},
+        {"500us", CYCLIC_POSITION PERIOD("10"), false},
+        {"500us", CYCLIC_POSITION PERIOD("10") PERIOD("5"), true},
+        {"2ms", CYCLIC_POSITION PERIOD("2") EXPONENT("-3"), true},
+        {"2ms", CYCLIC_POSITION PERIOD("2"), false},
+        {"1ms", CYCLIC_POSITION EXPONENT("-3"), false},
+        {"5ms", CYCLIC_POSITION EXPONENT("-3"), true},
+        {"10s", CYCLIC_POSITION PERIOD("1") EXPONENT("1"), true},
+        {"10s", CYCLIC_POSITION PERIOD("1") EXPONENT("2"), false},
+        {"1ms", CYCLIC_POSITION PERIOD("1") EXPONENT("-10"), false},
+        {"25600us", CYCLIC_POSITION "<Setting object='0x60C2:01' type='UINT16' value='256'/>", false},
+        {"2ms", "<Setting object='0x6060:00' type='INT8' value='10'/>" PERIOD("10"), false},
+    };
+    for (size_t i = 0U; i < (sizeof rows / sizeof rows[0]); i++) {
+        TEST_ASSERT_EQUAL_MESSAGE(rows[i].is_accepted,
+                                  fits_period("joint-drive", rows[i].cycle, rows[i].settings),
+                                  rows[i].settings);
+        TEST_ASSERT_EQUAL_UINT32(rows[i].is_accepted ? 0U : 5U, misfit.line);
+        TEST_ASSERT_TRUE(rows[i].is_accepted || (strstr(misfit.reason, "samplingTime") != NULL));
+    }
+}
+
+/// The default is at most the cycle, so that the drive reaches each set point before the next one. Other
+/// modes hold a set point without interpolation; the class wheel has no such object.
+static void a_default_period_of_set_points_is_at_most_the_cycle(void)
+{
+    TEST_ASSERT_TRUE(fits_period("joint-drive", "500us", CYCLIC_POSITION));
+    TEST_ASSERT_TRUE(fits_period("servo-drive", "1ms", CYCLIC_POSITION));
+    TEST_ASSERT_FALSE(fits_period("servo-drive", "250us", CYCLIC_POSITION));
+    TEST_ASSERT_EQUAL_UINT32(4U, misfit.line);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.reason, "expected a <Setting> of 0x60C2:01"), misfit.reason);
+    TEST_ASSERT_TRUE(
+        fits_period("joint-drive", "250us", "<Setting object='0x6060:00' type='INT8' value='10'/>"));
+    TEST_ASSERT_TRUE(fits_period("wheel", "250us", CYCLIC_POSITION));
+}
+
 static void every_device_has_one_end_node_on_can(void)
 {
     expect_refused(BEGIN DEVICE("A", "0x11") "<Device name='B' type='joint-drive'/>" END, 7U,
@@ -295,6 +355,8 @@ int main(void)
     RUN_TEST(another_class_is_refused);
     RUN_TEST(a_stream_device_is_refused_where_none_is_permitted);
     RUN_TEST(a_missing_or_different_mode_is_refused);
+    RUN_TEST(a_period_of_set_points_that_is_set_is_the_cycle);
+    RUN_TEST(a_default_period_of_set_points_is_at_most_the_cycle);
     RUN_TEST(every_device_has_one_end_node_on_can);
     RUN_TEST(each_bus_has_one_channel_b_and_each_node_one_bus);
     RUN_TEST(a_bus_has_room_for_sixteen_nodes_of_all_configurations);
