@@ -37,7 +37,17 @@ static const char* next_name(const char* const path, char* const out_name)
     return (slash != NULL) ? &slash[1] : NULL;
 }
 
-/// Open an entry of a directory. A symbolic link is treated as absent.
+/// Status for the errno of a call that creates a file or directory.
+static status_t status_of_creation(const int error)
+{
+    if (error == EEXIST) {
+        return STATUS_EXISTS;
+    }
+    const status_t status = file_status_of(error);
+    return (status == STATUS_IO) ? file_status_of_write(error) : status;
+}
+
+/// Open or create an entry of a directory. A symbolic link is treated as absent.
 static status_t open_in(const int directory, const char* const name, const int flags, const mode_t mode,
                         int* const out_descriptor)
 {
@@ -47,10 +57,7 @@ static status_t open_in(const int directory, const char* const name, const int f
     if (*out_descriptor >= 0) {
         return STATUS_OK;
     }
-    if (errno == EEXIST) {
-        return STATUS_EXISTS;
-    }
-    return ((errno == ELOOP) || (errno == ENXIO)) ? STATUS_NOT_FOUND : file_status_of(errno);
+    return ((errno == ELOOP) || (errno == ENXIO)) ? STATUS_NOT_FOUND : status_of_creation(errno);
 }
 
 static status_t open_directory(const int directory, const char* const name, int* const out_descriptor)
@@ -185,16 +192,6 @@ status_t osal_directory_describe(const osal_directory_t* const root, const char*
         close_directory_of(&entry);
     }
     return status;
-}
-
-/// Status for the errno of a call that creates a file or directory.
-static status_t status_of_creation(const int error)
-{
-    if (error == EEXIST) {
-        return STATUS_EXISTS;
-    }
-    const status_t status = file_status_of(error);
-    return (status == STATUS_IO) ? file_status_of_write(error) : status;
 }
 
 status_t osal_directory_create(const osal_directory_t* const root, const char* const path)

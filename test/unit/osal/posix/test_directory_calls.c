@@ -99,6 +99,22 @@ static void a_directory_that_does_not_open_is_reported_and_none_stays_open(void*
     }
 }
 
+/// A disk can have no room for the name of a file although it has room for octets: no inode is left.
+static void a_file_for_which_the_disk_has_no_room_is_not_created(void** state)
+{
+    static const struct {
+        int error;
+        status_t status;
+    } errors[] = {{ENOSPC, STATUS_FULL}, {EDQUOT, STATUS_FULL}, {EEXIST, STATUS_EXISTS}, {EIO, STATUS_IO}};
+    (void)state;
+    for (size_t i = 0U; i < COUNT(errors); i++) {
+        expect_open(ROOT, ".", DESCRIPTOR);
+        expect_open(DESCRIPTOR, "file", -errors[i].error);
+        expect_function_call(__wrap_close);
+        assert_int_equal(errors[i].status, osal_directory_create_file(&root, "file", 0U));
+    }
+}
+
 static void the_reason_why_a_file_cannot_be_described_is_reported(void** state)
 {
     static const struct {
@@ -137,6 +153,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_interrupted_open_is_repeated_and_descriptor_0_is_valid),
         cmocka_unit_test(a_directory_that_does_not_open_is_reported_and_none_stays_open),
+        cmocka_unit_test(a_file_for_which_the_disk_has_no_room_is_not_created),
         cmocka_unit_test(each_kind_of_file_is_closed_once_also_descriptor_0),
         cmocka_unit_test(the_reason_why_a_file_cannot_be_described_is_reported),
     };
