@@ -32,8 +32,8 @@ typedef struct {
 
 /// Read a repository path and a name. False: one of the fields is malformed.
 bool st23_read_path(pus_request_t* request, st23_request_path_t* out_path);
-/// Describe a file, or a directory if `is_directory`. STATUS_OK; STATUS_NOT_FOUND, also if the
-/// path is that of the other kind.
+/// Describe a file, or a directory if `is_directory`. Statuses of `describe` of the store; STATUS_NOT_FOUND
+/// also if the path is that of the other kind.
 status_t st23_look(const pus_files_t* files, const pus_file_path_t* path, bool is_directory,
                    pus_file_about_t* out_about);
 

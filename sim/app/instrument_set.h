@@ -16,9 +16,9 @@
 
 typedef struct instrument_set instrument_set_t;
 
-/// Open the instruments and their log. If the world has no instruments, or config->flows is null, there is
-/// no log, and the set is empty: null. STATUS_OK; STATUS_EXHAUSTED (memory), STATUS_IO (log), statuses of
-/// instrument_open: *out_instruments is null and `error` is filled.
+/// Open the instruments and their log (none if config->output_path is null). If the world has no instruments,
+/// or config->flows is null, there is no log, and the set is empty: null. STATUS_OK; STATUS_EXHAUSTED
+/// (memory), STATUS_IO (log), statuses of instrument_open: *out_instruments is null and `error` is filled.
 MUST_USE status_t instrument_set_open(const world_t* world, const simulator_config_t* config,
                                       instrument_set_t** out_instruments, char error[SIMULATOR_ERROR_MAX]);
 /// Close and free all; null is allowed. STATUS_OK, STATUS_IO: the log is not complete.

@@ -5,9 +5,10 @@
 ///
 /// A line acts at the start of the next step, like a line of the scenario with that time. The port appends it
 /// to live.scn in the run directory, so that the flight can be repeated. It also writes a mark to
-/// operator.log for each line and each change of the pace; of consecutive `aim` lines of a client, only the
-/// first gets a mark. A refused line changes nothing. If no line follows an `aim`, the port makes the hand
-/// hold after LIVE_HOLD_NS and let go after LIVE_LET_GO_NS of simulated time, and records both as lines.
+/// operator.log (without an operator to standard output) for each line and each change of the pace; of
+/// consecutive `aim` lines of a client, only the first gets a mark. A refused line changes nothing. If no
+/// line follows an `aim`, the port makes the hand hold after LIVE_HOLD_NS and let go after LIVE_LET_GO_NS of
+/// simulated time, and records both as lines.
 ///
 /// Ownership  live_open allocates, live_close frees. Hand, faults and world must outlive it.
 /// Context    The task of the simulator. No function waits.
