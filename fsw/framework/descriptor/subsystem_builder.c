@@ -8,7 +8,7 @@
 #include <float.h>
 #include <string.h>
 
-#define AUXILIARY_OCTETS_MAX 1024U
+#define ARGUMENT_OCTETS_MAX 1024U
 #define NUMBERS_CHARACTERS 512U // Largest text of numbers that replaces a list of names [characters].
 #define RATE_DIGITS_MAX 4U
 #define RATE_MAX 1000U   // Maximum rate of an event [1/s].
@@ -274,7 +274,7 @@ void descriptor_subsystem_builder_event_end(source_t* const source)
     event->octets =
         descriptor_subsystem_builder_octets(descriptor, event->first_field, event->field_count) +
         descriptor_subsystem_builder_referred(descriptor, event->first_reference, event->reference_count);
-    descriptor_source_limit(source, event->octets, AUXILIARY_OCTETS_MAX, " octets of auxiliary data");
+    descriptor_source_limit(source, event->octets, DESCRIPTOR_AUXILIARY_MAX, " octets of auxiliary data");
     descriptor_source_limit(source, high_octets(descriptor), CAPACITY_HIGH_EVENTS,
                             " octets of reports of HIGH events");
 }
@@ -309,7 +309,7 @@ void descriptor_subsystem_builder_function_end(source_t* const source)
     descriptor_source_limit(source,
                             descriptor_subsystem_builder_octets(descriptor, function->first_argument, count) +
                                 (2U * count),
-                            AUXILIARY_OCTETS_MAX, " octets of arguments");
+                            ARGUMENT_OCTETS_MAX, " octets of arguments");
 }
 
 // ---- Services ----

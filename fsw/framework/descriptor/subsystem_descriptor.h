@@ -58,6 +58,7 @@
 #define DESCRIPTOR_PATH_MAX ((DESCRIPTOR_NESTING_MAX + 1U) * (DESCRIPTOR_NAME_MAX + 1U)) ///< "OUTER.INNER.X"
 #define DESCRIPTOR_FUNCTION_NAME_MAX 8U  ///< A function's name is its wire id.
 #define DESCRIPTOR_PORT_OCTETS_MAX 1024U ///< Payload of a real-time link.
+#define DESCRIPTOR_AUXILIARY_MAX 1024U   ///< Auxiliary data of an event [octets].
 
 /// Event severities: the message subtypes of ST[05].
 typedef enum {

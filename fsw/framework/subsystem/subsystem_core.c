@@ -8,7 +8,6 @@
 
 #include <string.h>
 
-#define AUXILIARY_MAX 256U
 #define IDLE_PERIOD_NS 10000000ULL ///< Period if the descriptor does not define one.
 
 void subsystem_set_pool_thresholds(subsystem_t* const subsystem)
@@ -322,7 +321,7 @@ status_t subsystem_raise(subsystem_t* const subsystem, const uint16_t event_id,
     if (event == NULL) {
         return STATUS_NOT_FOUND;
     }
-    uint8_t sampled[AUXILIARY_MAX];
+    uint8_t sampled[DESCRIPTOR_AUXILIARY_MAX];
     const uint8_t* octets = auxiliary;
     size_t octet_count    = size;
     if (size == 0U) {

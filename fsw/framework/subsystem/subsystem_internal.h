@@ -28,7 +28,8 @@ status_t subsystem_apply_configuration(subsystem_t* subsystem);
 void subsystem_take_reload(subsystem_t* subsystem);
 /// Reverse subsystem_apply_configuration: stop housekeeping.
 void subsystem_revoke_configuration(subsystem_t* subsystem);
-/// Write the present values of the parameters to which an event refers; returns the octets written.
+/// Write the present values of the parameters to which an event refers, and zeros for its own fields; returns
+/// the octets written, which are those of the event's auxiliary data: `capacity` must have room for them.
 size_t subsystem_sample_auxiliary(subsystem_t* subsystem, const descriptor_event_t* event, uint8_t* octets,
                                   size_t capacity);
 

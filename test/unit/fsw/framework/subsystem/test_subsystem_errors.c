@@ -343,6 +343,18 @@ static void events_without_their_data_sample_parameters(void)
     fixture_expect("5.1 event 4 aux \n");
 }
 
+static void an_event_with_the_most_data_is_raised_without_them(void)
+{
+    fixture_open_with("<Event name='NOTE' id='3' severity='LOW'><ParamRef name='LIMIT'/></Event>",
+                      "<Event name='NOTE' id='3' severity='LOW'>"
+                      "<ParamRef name='ANGLES' type='DOUBLE' count='128'/></Event>");
+    TEST_ASSERT_EQUAL(STATUS_OK, subsystem_raise(&fixture.subsystem, FIXTURE_NOTE, NULL, 0U));
+    subsystem_health_t health;
+    subsystem_health(&fixture.subsystem, &health);
+    TEST_ASSERT_EQUAL(0U, health.events_refused);
+    TEST_ASSERT_EQUAL(1U, fixture.subsystem.events.counters.reported);
+}
+
 static void only_events_of_low_severity_are_raised_by_command(void)
 {
     fixture_bring(STATE_SAFE_OPERATIONAL, FIXTURE_ALONE);
@@ -523,6 +535,7 @@ int main(void)
     RUN_TEST(an_error_during_initialisation_leads_back_to_offline);
     RUN_TEST(an_error_in_error_operational_is_only_reported);
     RUN_TEST(events_without_their_data_sample_parameters);
+    RUN_TEST(an_event_with_the_most_data_is_raised_without_them);
     RUN_TEST(only_events_of_low_severity_are_raised_by_command);
     RUN_TEST(publishing_several_parameters_ends_at_the_first_refused_one);
     RUN_TEST(a_medium_error_waits_four_cycles_for_a_command_of_the_supervisor);
