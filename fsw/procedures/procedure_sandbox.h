@@ -7,7 +7,7 @@
 
 #include <lua5.4/lua.h>
 
-/// Returns the slot of a state; null before procedure_slot_bind.
+/// Returns the slot of a state to which procedure_slot_bind has bound one.
 procedure_slot_t* procedure_slot_of(lua_State* state);
 void procedure_slot_bind(lua_State* state, procedure_slot_t* slot);
 /// Replace the globals by the sandbox. It may raise errors, so it must be called in protected mode.

@@ -97,14 +97,14 @@ typedef struct { // Shared by the components of a program.
 } component_runtime_surroundings_t;
 
 /// Initialise the runtime for component `index` of the run, whose descriptor is `own`. The component then
-/// opens its inbox. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO: `error` contains the reason.
+/// opens its inbox. STATUS_OK; any other status: `error` contains the reason.
 MUST_USE status_t component_runtime_take(component_runtime_t* runtime,
                                          const component_runtime_surroundings_t* surroundings,
                                          subsystem_descriptor_t* own, unsigned index);
 /// Give the endpoint the slots in which messages to this component wait: one for each peer. The peers of the
 /// supervisor are all other components; the only peer of another component is the supervisor. `slots` must
 /// remain valid as long as the runtime. No message is received before this call.
-/// STATUS_OK; STATUS_EXHAUSTED, STATUS_IO: `error` contains the reason.
+/// STATUS_OK (at once after component_runtime_keep); any other status: `error` contains the reason.
 MUST_USE status_t component_runtime_open_inbox(component_runtime_t* runtime, message_slot_t* slots,
                                                size_t slot_count);
 /// Call it instead of component_runtime_take if a component restarts in the same program and continues its
@@ -113,8 +113,9 @@ void component_runtime_keep(component_runtime_t* runtime);
 /// List the sockets that wake this component, for the program's wait. Returns their number.
 size_t component_runtime_sockets(component_runtime_t* runtime, osal_socket_t** out_sockets, size_t capacity);
 /// Receive the datagrams that have arrived; frames of links go to `link_datagram`. In stepped time, wait for
-/// those of the announced `messages` that the kernel has not delivered yet. Datagrams to an earlier life of
-/// this component are dropped; they are not among the announced ones.
+/// those of the announced `messages` that the kernel has not delivered yet, but not longer than five seconds:
+/// the run then continues without them and is marked as lossy. Datagrams to an earlier life of this component
+/// are dropped; they are not among the announced ones.
 void component_runtime_pump(component_runtime_t* runtime, uint32_t messages,
                             void (*link_datagram)(void* context, const uint8_t*, size_t), void* context);
 /// Announce to the scheduler a message to component `to`, in the life to which it was sent.

@@ -83,7 +83,8 @@ bool remote_endian_read_grant(octet_reader_t* reader, osal_grant_t* out_grant, r
 MUST_USE status_t remote_endian_send_frames(remote_endian_wire_t* wire, octet_writer_t* writer,
                                             remote_endian_buses_t* buses);
 /// Send the frames of a record on the ends with the same numbers. *out_more: a further record of this kind
-/// follows, which contains only frames.
+/// follows, which contains only frames. False if the octets are malformed, or a frame is for an end that is
+/// not open.
 bool remote_endian_read_frames(octet_reader_t* reader, remote_endian_buses_t* buses, bool* out_more);
 
 #endif // FSW_PROGRAMS_REMOTE_ENDIAN_WIRE_H

@@ -165,7 +165,7 @@ void run_state_wake(run_state_t* block, unsigned component, uint64_t now_ns);
 /// Record that a component has stepped at `now_ns` and promises to step again at `wake_ns`, which is
 /// OSAL_LOCKSTEP_NEVER before the first step of a life.
 void run_state_beat(run_state_t* block, unsigned component, uint64_t now_ns, uint64_t wake_ns);
-/// Returns the last step of a component.
+/// Returns the last step of a component, without the classes of lateness.
 run_beat_t run_state_last_beat(const run_state_t* block, unsigned component);
 /// Returns the participant number of the operator.
 static inline unsigned run_operator(const run_state_t* const block)

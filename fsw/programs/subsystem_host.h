@@ -36,8 +36,10 @@ bool subsystem_host_load(subsystem_host_t* host, component_runtime_t* runtime, u
 /// Initialise the subsystem in OFFLINE with the loaded descriptor, and restore the persistent records of its
 /// services. `self` is the first argument of the callbacks.
 void subsystem_host_begin(subsystem_host_t* host, void* self, subsystem_services_t services);
-/// Process all messages that have arrived; then call subsystem_host_step.
+/// Process the messages that have arrived, as long as the subsystem may accept requests.
 void subsystem_host_take_in(subsystem_host_t* host, uint64_t now_ns);
+/// Take messages in as subsystem_host_take_in does, then step the subsystem. Returns the time of its next
+/// wake [ns of the run].
 uint64_t subsystem_host_step(subsystem_host_t* host, uint64_t now_ns);
 /// Release the system resources of the component, and close its records, without sending a message.
 void subsystem_host_close(void* self);

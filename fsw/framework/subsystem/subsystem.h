@@ -72,7 +72,7 @@ typedef struct {
     /// Called at the start of each cycle from HARDWARE_INIT to HARDWARE_DEINIT.
     void (*sense)(void* self);
     void (*control)(void* self); ///< Called in each cycle in states 3 (CONFIGURED), 4, 5 and 6.
-    /// Called at the end of each cycle from HARDWARE_INIT to HARDWARE_DEINIT.
+    /// Called at the end of each cycle that begins or ends in a state from HARDWARE_INIT to HARDWARE_DEINIT.
     void (*emit)(void* self);
     /// Perform a function command. STATUS_OK: done; STATUS_BUSY: continues, until subsystem_function_done is
     /// called with its token; STATUS_FORBIDDEN: wrong state; STATUS_OUT_OF_RANGE: invalid argument; any other
@@ -108,13 +108,14 @@ typedef struct {
 /// applied.
 uint64_t subsystem_now_ns(const subsystem_t* subsystem);
 uint32_t subsystem_cycle(const subsystem_t* subsystem);
-/// Returns the nominal period of the cycle in the applied configuration [ns].
+/// Returns the nominal period of the cycle [ns]: of the applied configuration or, without one, of the
+/// descriptor.
 uint64_t subsystem_period_ns(const subsystem_t* subsystem);
 /// Returns the silence after which devices and their master regard each other as lost [ns]; 0: use the times
 /// of the descriptor and of the protocol.
 uint64_t subsystem_device_deadline_ns(const subsystem_t* subsystem);
 state_t subsystem_state(const subsystem_t* subsystem);
-/// Returns the applied configuration, or null.
+/// Returns the configuration that is applied or is being applied, or null.
 const descriptor_configuration_t* subsystem_configuration(const subsystem_t* subsystem);
 const subsystem_descriptor_t* subsystem_descriptor(const subsystem_t* subsystem);
 /// True if the process of this component has started more than once in this run.
@@ -134,7 +135,9 @@ MUST_USE status_t subsystem_publish_all(subsystem_t* subsystem, const parameter_
 /// severity HIGH the subsystem goes to ERROR_OPERATIONAL in this cycle, before any command is sent to a
 /// device (from the states 1, 2, 7, 8 and 9 to OFFLINE). After an event of severity MEDIUM in
 /// OPERATIONAL it waits 4 cycles for a command of the supervisor, then goes to SAFE_OPERATIONAL by itself; in
-/// other states it stays. STATUS_OK, STATUS_NOT_FOUND (no such event).
+/// other states it stays. Events of the supervisor itself change no state. STATUS_OK (an event that is not
+/// reported, because of the size of its data or for lack of room, counts in events_refused); STATUS_NOT_FOUND
+/// (no such event).
 status_t subsystem_raise(subsystem_t* subsystem, uint16_t event_id, const uint8_t* auxiliary, size_t size);
 /// Raise an event by telecommand, without data. Only events of severity LOW are permitted, because others
 /// trigger reactions. STATUS_OK, STATUS_OUT_OF_RANGE (another severity, or no such event).
@@ -150,16 +153,18 @@ void subsystem_function_done(subsystem_t* subsystem, uint32_t call_token, uint16
 /// STATUS_OK, STATUS_EMPTY (no sample yet), STATUS_STALE (sample copied, but older than allowed),
 /// STATUS_CLOSED (no link; `payload` is unchanged), STATUS_NOT_FOUND (no such port in this configuration).
 MUST_USE status_t subsystem_link_read(subsystem_t* subsystem, uint16_t port, void* payload, size_t size);
-/// Returns the state of the producer of a required port, from its last frame; STATE_OFFLINE without a link.
+/// Returns the state of the producer of a required port, from its last frame; STATE_OFFLINE without a link or
+/// a frame.
 state_t subsystem_link_peer_state(const subsystem_t* subsystem, uint16_t port);
 /// Returns the age of the last sample [us]; UINT32_MAX if there is no sample, or if the age exceeds this
 /// range.
 uint32_t subsystem_link_age_us(const subsystem_t* subsystem, uint16_t port);
 typedef struct { // Sums over all links that this subsystem has consumed since it started. Each [wraps].
     uint32_t received;
-    uint32_t lost;    ///< Samples missing in the sequence.
-    uint32_t late;    ///< Reads of a sample that was older than allowed.
-    uint32_t refused; ///< Frames of another epoch, link or layout, or with a wrong CRC.
+    uint32_t lost; ///< Samples missing in the sequence.
+    uint32_t late; ///< Reads of a sample that was older than allowed.
+    /// Frames of another epoch, link or layout, or with a wrong CRC; reads that a busy writer prevented.
+    uint32_t refused;
 } subsystem_link_totals_t;
 void subsystem_link_totals(const subsystem_t* subsystem, subsystem_link_totals_t* out_totals);
 typedef struct { // Refusals and losses since the start, for a COUNTERS parameter. Each counter [wraps].
@@ -175,8 +180,9 @@ typedef struct { // Refusals and losses since the start, for a COUNTERS paramete
     uint32_t events_suppressed;    ///< Occurrences of events that their limiters suppressed.
 } subsystem_health_t;
 void subsystem_health(const subsystem_t* subsystem, subsystem_health_t* out_health);
-/// Publish a sample on a provided port; it is sent immediately with the present state. STATUS_OK,
-/// STATUS_CLOSED (no link is open), STATUS_NOT_FOUND.
+/// Publish a sample on a provided port; it is sent immediately, with the present state, on each open link of
+/// the port. STATUS_OK (a link that could not send it counts it as lost), STATUS_CLOSED (no link is open),
+/// STATUS_NOT_FOUND (no such port in this configuration).
 status_t subsystem_link_write(subsystem_t* subsystem, uint16_t port, const void* payload, size_t size);
 
 #endif // FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_H

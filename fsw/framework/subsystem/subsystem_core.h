@@ -118,7 +118,7 @@ typedef struct {
     const pus_persistence_t* persistence; ///< Store for records of services; null: no records are stored.
     /// Read the descriptor again (TC[129,6]). It is called in OFFLINE, or in PRE_OPERATIONAL without a
     /// configuration. STATUS_OK with the model to be used from now on; with any other status the old model
-    /// stays in force.
+    /// stays in force. Null: TC[129,6] is refused.
     status_t (*reload)(void* context, const subsystem_descriptor_t** out_descriptor);
     void* reload_context;
 } subsystem_config_t;
@@ -276,7 +276,7 @@ void subsystem_link_datagram(subsystem_t* subsystem, const uint8_t* frame, size_
 /// Returns the component's application process, for further services.
 pus_app_process_t* subsystem_process(subsystem_t* subsystem);
 /// Request a state, or select a configuration, without a request packet. The supervisor uses this for its
-/// own start.
+/// own start. ANSWER_NO also: no such configuration.
 state_answer_t subsystem_request(subsystem_t* subsystem, state_t target, state_cause_t cause);
 state_answer_t subsystem_select(subsystem_t* subsystem, uint16_t configuration_id);
 

@@ -59,12 +59,12 @@ typedef struct { // Read-only outside.
 } arm_hand_t;
 
 /// Make two perpendicular unit vectors from any two vectors: the first is normalised, and the component along
-/// it is removed from the second.
+/// it is removed from the second. A vector without a direction left results in length 0.
 void arm_hand_directions(const double components[6], arm_vector_t out_direction[ARM_HAND_AXES]);
 /// Prepare to couple a hand at the present pose.
 void arm_hand_begin(arm_hand_t* hand, const arm_model_t* model, const arm_motion_t* motion);
 /// Replace `motion` by the next point of the motion. `hand_rad` is null while there is no sample of the
-/// hand.
+/// hand; an angle that is not finite is not a sample.
 void arm_hand_step(arm_hand_t* hand, const arm_hand_setup_t* setup, const double* hand_rad,
                    arm_motion_t* motion);
 

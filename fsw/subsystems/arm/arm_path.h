@@ -4,7 +4,7 @@
 /// all joints, or the tool, along a trajectory through via points.
 ///
 /// The arm follows a line or a trajectory of the tool by inverse kinematics in each cycle. Before the motion
-/// begins, a check follows the line with larger steps and finds out whether the motion is possible; the same
+/// begins, a check follows each line in 400 steps and finds out whether the motion is possible; the same
 /// conditions are checked during the motion.
 ///
 /// Ownership  The caller provides the structures.
@@ -27,7 +27,8 @@ typedef enum {
     ARM_REFUSAL_POSITION = 1, ///< A joint would leave its range.
     ARM_REFUSAL_SPEED    = 2, ///< A joint would exceed its speed.
     ARM_REFUSAL_LINE     = 3, ///< The tool cannot stay on its line: out of reach, or a singular pose.
-    ARM_REFUSAL_POINTS   = 4  ///< No via point, no room for another one, or no motion through them.
+    /// No via point, no room for another one, a blend that is not above 0, or no motion through the points.
+    ARM_REFUSAL_POINTS = 4
 } arm_refusal_reason_t;
 
 typedef struct {
@@ -51,7 +52,8 @@ typedef struct {                        // All fields are private.
 
 /// Rest at the position of `motion`.
 void arm_path_rest(arm_path_t* path, const arm_model_t* model, const arm_motion_t* motion);
-/// Begin a motion of the joints to a goal. The motion uses a `share`, > 0, of the limits.
+/// Begin a motion of the joints to a goal. The motion uses a `share`, > 0, of the limits. Returns
+/// ARM_REFUSAL_POSITION if the goal is outside the range of a joint; `path` is then unchanged.
 arm_refusal_t arm_path_begin_joints(arm_path_t* path, const arm_model_t* model, const arm_limits_t* limits,
                                     const arm_motion_t* from, const double goal_rad[ARM_JOINTS_MAX],
                                     double share);
@@ -65,7 +67,8 @@ void arm_path_begin_trajectory(arm_path_t* path, const arm_trajectory_t* traject
 /// Returns the first joint whose position is outside its range, or ARM_REFUSAL_NONE.
 arm_refusal_t arm_path_check_positions(const arm_model_t* model, const arm_limits_t* limits,
                                        const double position_rad[ARM_JOINTS_MAX]);
-/// Advance by one period: the next point of the motion replaces `motion`.
+/// Advance by one period: the next point of the motion replaces `motion`. Returns ARM_REFUSAL_NONE; if the
+/// tool follows a line or a trajectory, also the reason why the motion must end.
 arm_refusal_t arm_path_step(arm_path_t* path, const arm_model_t* model, const arm_limits_t* limits,
                             double period_s, arm_motion_t* motion);
 /// Come to rest on the path with the accelerations of the limits. On a trajectory they add to the

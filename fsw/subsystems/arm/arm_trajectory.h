@@ -48,11 +48,11 @@ MUST_USE status_t arm_trajectory_add(arm_trajectory_t* trajectory, const arm_mod
 /// STATUS_EXHAUSTED: there are already ARM_POINTS_MAX. The points are either all poses or all joint angles.
 MUST_USE status_t arm_trajectory_add_pose(arm_trajectory_t* trajectory, const double position_m[3],
                                           const double rotation_rad[3]);
-/// Begin the plan of a motion from rest at `from`, which uses a `share`, > 0, of the limits. At least one
-/// point is required.
+/// Begin the plan of a motion from rest at `from`, which uses a `share`, > 0, of the limits; `blend` > 0. At
+/// least one point is required, and all points are joint angles.
 void arm_trajectory_begin(arm_trajectory_t* trajectory, const arm_limits_t* limits, const arm_motion_t* from,
                           double share, double blend);
-/// Begin the plan of a motion of the tool from rest at the pose `from`.
+/// Like arm_trajectory_begin, for a motion of the tool from rest at the pose `from`: all points are poses.
 void arm_trajectory_begin_tool(arm_trajectory_t* trajectory, const arm_limits_t* limits,
                                const arm_pose_t* from, double share, double blend);
 /// Perform one round of the plan. STATUS_BUSY: call again; STATUS_OK: the plan is ready; STATUS_EXHAUSTED:

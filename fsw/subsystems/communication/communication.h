@@ -35,7 +35,7 @@ CAPACITY_CHECK(buffer_holds_a_frame, COMMUNICATION_BUFFER >= SDLS_FRAME_MAX);
 CAPACITY_CHECK(silence_is_found_first, COMMUNICATION_IDLE_NS < COMMUNICATION_HOLD_NS);
 #define COMMUNICATION_REPORT_NS 1000000000ULL ///< Shortest time between two events GROUND_MISUSED.
 
-typedef struct {
+typedef struct { // No function may be null.
     void* context;
     /// Called when octets have been sent to the client whose own port is `peer_port`.
     void (*sent)(void* context, uint16_t peer_port, uint32_t octets);
@@ -68,7 +68,7 @@ typedef struct { // Private.
     uint64_t heard_ns[COMMUNICATION_CLIENTS]; // Time of the connection, or of the last valid telecommand.
     uint32_t misuse_reported;                 // Sum of the counters in the last event.
     uint64_t misuse_reported_ns;
-    uint32_t not_requests;                 // Packets from the ground that are not telecommands [wraps].
+    uint32_t not_requests;                 // Packets that are no request of a ground user [wraps].
     communication_parameters_t parameters; // Published parameters.
     communication_ground_security_t security;
     communication_ground_queue_t queues[COMMUNICATION_CLIENTS];

@@ -42,6 +42,7 @@ MUST_USE status_t communication_ground_queue_put(communication_ground_queue_t* q
 /// Returns the octets to be sent next, or null if no report waits. They are kept until
 /// communication_ground_queue_sent.
 const uint8_t* communication_ground_queue_next(communication_ground_queue_t* queue, size_t* out_size);
+/// Remove octets that were sent: `size` is at most the size that communication_ground_queue_next returned.
 void communication_ground_queue_sent(communication_ground_queue_t* queue, size_t size);
 /// Returns the free room for reports that must not be dropped [octets].
 size_t communication_ground_queue_room(const communication_ground_queue_t* queue);

@@ -15,8 +15,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define GROUND_USERS 16U     ///< Number of users that are stored; further users replace the last one.
-#define GROUND_REQUESTS 256U ///< Number of requests that are stored; further requests replace the oldest one.
+#define GROUND_USERS 16U ///< Number of users that are stored; further users replace the last one.
+/// Number of requests that are stored. A further request replaces the oldest one whose end is not awaited, or
+/// the oldest one if all ends are awaited.
+#define GROUND_REQUESTS 256U
 
 typedef struct {      // Private.
     uint32_t clients; // One bit for each connection; 0: the slot is free.
@@ -34,7 +36,7 @@ typedef struct { // Private, except `forgotten`.
     } users[GROUND_USERS];
     ground_request_t requests[GROUND_REQUESTS];
     uint32_t order;
-    uint32_t forgotten; ///< Users and requests that were replaced [wraps].
+    uint32_t forgotten; ///< Users, and requests whose end was awaited, that were replaced [wraps].
 } communication_ground_routes_t;
 
 void communication_ground_routes_init(communication_ground_routes_t* routes);

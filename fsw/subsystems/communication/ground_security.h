@@ -29,13 +29,14 @@ typedef struct {               // Private.
 } communication_ground_security_t;
 
 typedef struct {
-    const uint8_t* packet; ///< Null: the octets do not contain a complete packet yet.
+    const uint8_t* packet; ///< Null: the octets do not contain a complete packet yet, or were refused.
     size_t size;
     size_t taken; ///< Octets to be removed after the packet has been processed.
 } communication_ground_unit_t;
 
 /// Initialise. `receiver` is null for packets without protection.
 void communication_ground_security_init(communication_ground_security_t* security, sdls_receiver_t* receiver);
+/// Begin with a new connection in the slot `client`.
 void communication_ground_security_connected(communication_ground_security_t* security, unsigned client);
 /// Returns the client that a new one should replace: of those that have sent no authentic frame although
 /// they could send, the one that has been connected longest, but never `spared`. GROUND_CLIENTS if there is

@@ -32,7 +32,8 @@ typedef struct {               // Read-only outside.
 
 /// Set the reserve to zero. Call it at engagement.
 void joystick_remote_contact_reset(joystick_remote_contact_t* contact);
-/// Compute the torque at the joints of the robot that a hand at position_rad must feel.
+/// Compute the torque at the joints of the robot that a hand at position_rad must feel. If J is singular, r
+/// takes the place of the sum.
 void joystick_remote_contact_feel(const joystick_remote_t* gains,
                                   const joystick_robot_contact_payload_t* robot,
                                   const double position_rad[STICK_AXES], double out_felt_nm[STICK_AXES]);

@@ -53,7 +53,7 @@ typedef struct { // Read-only outside.
     double motor_target_rad[ARM_JOINTS];
     double feed_forward_nm[ARM_JOINTS];
     double command_nm[ARM_JOINTS]; ///< Commands of torque mode.
-    unsigned limited;              ///< Torque commands cut at the ceiling [commands, wraps].
+    unsigned limited;              ///< Torque commands of _step cut at the ceiling [commands, wraps].
 } manipulator_arm_control_t;
 
 void manipulator_arm_control_init(manipulator_arm_control_t* control);
