@@ -56,7 +56,8 @@ typedef struct {
     void (*written)(void* context, const object_t* object, uint64_t now_ns);
     /// Returns the abort code for an SDO write, or 0 if it is allowed. May be null.
     uint32_t (*check)(void* context, const object_t* object, int64_t value);
-    /// The heartbeat of the master is lost, or the master has stopped the node.
+    /// A monitored heartbeat or an RPDO with a deadline is late, the own controller is bus-off, the node
+    /// leaves OPERATIONAL, or the master resets its communication; two of these at once give two calls.
     void (*connection_lost)(void* context, uint64_t now_ns);
     /// Set the power-on state; objects have their initial values again.
     void (*reset)(void* context, uint64_t now_ns);
@@ -67,7 +68,8 @@ typedef struct node node_t;
 
 /// Create a node from its EDS file and connect it to the bus, without power. Returns STATUS_OK; else
 /// *out_node is null and `error` is filled: statuses of eds_load, STATUS_EXHAUSTED (memory, nodes of the
-/// bus), STATUS_INVALID (an object is missing that every device, or a device of this kind, needs).
+/// bus), STATUS_INVALID (an object is missing that every device, or a device of this kind, needs; or a PDO
+/// maps an object that a device cannot transfer).
 MUST_USE status_t node_create(bus_t* bus, const char* eds_path, uint8_t node_id,
                               const node_application_t* application, node_t** out_node,
                               char error[EDS_ERROR_MAX]);

@@ -56,7 +56,8 @@ void stream_port_plug(stream_port_t* port, bool is_plugged);
 bool stream_port_is_plugged(const stream_port_t* port);
 /// Accept connections. Must be called once a step, before stream_port_receive.
 void stream_port_step(stream_port_t* port);
-/// Send a message, framed as the end node requires. If flight has not opened its end, the message is lost.
+/// Send a message, framed as the end node requires. If flight has not opened its end, or its queue is full,
+/// the message is lost.
 void stream_port_send(stream_port_t* port, const uint8_t* message, size_t size);
 /// Send octets without framing; on queues they must have the size of a message.
 void stream_port_send_raw(stream_port_t* port, const uint8_t* octets, size_t size);

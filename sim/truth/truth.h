@@ -18,7 +18,9 @@
 #define TRUTH_OCTETS_MAX 4294967296U ///< `max_octets` of the simulator for truth_open.
 
 #define TRUTH_INTERVAL_NS 100000000U ///< Time between two events of a channel at rest.
-#define TRUTH_RESOLUTION 1e-9        ///< A channel is at rest if its numbers change by less [SI units].
+/// A channel is at rest while its real numbers differ from those of its last event by at most this [SI units]
+/// and its other values are equal.
+#define TRUTH_RESOLUTION 1e-9
 
 typedef struct truth truth_t;
 
