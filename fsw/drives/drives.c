@@ -156,8 +156,8 @@ static status_t step_buses(drives_t* const drives, const drives_step_t step,
         bus->is_done            = bus->is_done && !is_new;
         const status_t status   = bus->is_done ? STATUS_OK : action(&bus->network, now_ns);
         bus->is_done            = (status == STATUS_OK);
-        const bool is_worse     = (result == STATUS_OK) || (result == STATUS_BUSY);
-        result                  = (is_worse && (status != STATUS_OK)) ? status : result;
+        const bool has_error    = (result != STATUS_OK) && (result != STATUS_BUSY);
+        result                  = (!has_error && (status != STATUS_OK)) ? status : result;
     }
     if (result != STATUS_BUSY) {
         drives->step = DRIVES_STEP_NONE;

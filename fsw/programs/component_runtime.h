@@ -45,7 +45,7 @@ typedef struct {                             // Play-out buffers of a program; p
     rtlink_play_out_t buffers[COMPONENT_PLAY_OUTS_MAX];
 } component_play_outs_t;
 
-typedef struct { // Private, except the members named below.
+typedef struct { // Private to fsw/programs.
     run_state_t* run;
     const mission_descriptor_t* mission;
     unsigned component; ///< Index in run->components.

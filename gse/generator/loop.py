@@ -44,4 +44,4 @@ def services_once(elements, loops):
     newest = elements[len(loops) - 1]
     for earlier, element in zip(loops[:-1], elements):
         if set(earlier.services) & set(loops[-1].services):
-            newest.fail(f"services {newest.text('services')} is taken in line {element.line}")
+            newest.fail(f"services=\"{newest.text('services')}\": expected no service of the <Loop> in line {element.line}")

@@ -99,5 +99,5 @@ class Failure:
 
     def words(self, dictionary):
         entry = f", instruction {self.instruction}" if self.instruction else ""
-        step = f" at step {name_of(STATES, self.step)}" if self.step is not None else ""
+        step = f" at step {self.step}" if self.step is not None else ""
         return f"{STAGES[self.stage]}{step}: {_explain(self.code, self.detail, dictionary, self.apid)} [0x{self.code:04X}{entry}]"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Time of a CAN frame on the bus [us], with an average number of stuff bits; rates in bit/s. Lengths may be arrays."""
+"""Time of a CAN frame on the bus [us], with an average number of stuff bits; length: octets of data, also as an array; rates in bit/s."""
 
 
 def classic_us(length, rate=1e6):

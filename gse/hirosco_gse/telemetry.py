@@ -7,7 +7,7 @@
 import struct
 
 from . import values
-from .dictionary import SEVERITIES, STATES, STRATEGIES, defined_on_board
+from .dictionary import SEVERITIES, STATES, STRATEGIES, SUPERVISOR_APID, defined_on_board
 from .failures import LINK_REASONS, STAGES, Failure, name_of
 from .identifiers import named
 
@@ -474,7 +474,9 @@ def describe(packet, decoded, dictionary):
     if kind == "verification":
         target = dictionary.name_of_apid(decoded["request_apid"])
         words = f": {decoded['words']}" if "words" in decoded else ""
-        step = f" {name_of(STATES, decoded['step'])}" if "step" in decoded else ""
+        # In TM[1,5] of a subsystem the step is a state; of the supervisor, a step of a procedure or percent of a copy.
+        states = () if packet.apid == SUPERVISOR_APID else STATES
+        step = f" {name_of(states, decoded['step'])}" if "step" in decoded else ""
         return f"{source}: request {decoded['request_sequence']} to {target} {decoded['stage']}{step}{words}"
     if kind in ("housekeeping", "parameters"):
         return f"{source}: {measured(decoded['values'], subsystem.parameters if subsystem else {})}"

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Fetch Yamcs from Maven Central, by gse/yamcs/pom.xml, into build/yamcs/lib. Ends at once if it is installed.
+# Fetch the packages of gse/yamcs/pom.xml (Yamcs) from Maven Central into build/yamcs/lib. Ends at once if they are installed.
 set -eu
 
 pom=gse/yamcs/pom.xml

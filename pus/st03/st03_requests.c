@@ -173,8 +173,8 @@ static void sample_one(pus_hk_t* const hk, pus_hk_structure_t* const structure, 
 }
 
 /// No effect: the caller only checks that the structure exists.
-static void note_one(pus_hk_t* const hk, pus_hk_structure_t* const structure, pus_request_t* const request,
-                     const uint32_t interval)
+static void do_nothing(pus_hk_t* const hk, pus_hk_structure_t* const structure, pus_request_t* const request,
+                       const uint32_t interval)
 {
     (void)hk;
     (void)structure;
@@ -220,7 +220,7 @@ static pus_reply_t modify_intervals(void* const self, pus_request_t* const reque
 
 static pus_reply_t report_properties(void* const self, pus_request_t* const request)
 {
-    static const operation_t operation = {false, false, note_one};
+    static const operation_t operation = {false, false, do_nothing};
     pus_hk_t* const hk                 = self;
     const octet_reader_t list          = request->reader;
     (void)for_each(hk, request, &operation);

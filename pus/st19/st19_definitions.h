@@ -10,7 +10,7 @@
 typedef pus_event_action_t event_action_t;
 typedef pus_event_action_definition_t definition_t;
 
-/// Returns the identifier of a definition in a failure.
+/// Returns the detail of a failure that names a definition: APID << 16 | event.
 uint32_t event_action_key(uint16_t apid, uint16_t event);
 /// Returns the pointer to the index in its list that refers to the definition; the index is NONE if there is
 /// no such definition.
@@ -26,10 +26,12 @@ size_t event_action_request(const definition_t* definition, uint8_t* out_octets)
 /// True if the octets are a well-formed request that a definition may have.
 bool event_action_is_request(const uint8_t* octets, size_t size);
 
-/// Store a definition with this status; store the status of the function; erase the record of a definition.
-/// Statuses of the port; if there is no record to erase, STATUS_OK.
+/// Store the record of a definition with this status. STATUS_OK, or the status of the persistence port.
 MUST_USE status_t event_action_put(event_action_t* self, uint16_t slot, bool is_enabled);
+/// Store whether the function is enabled. STATUS_OK, or the status of the persistence port.
 MUST_USE status_t event_action_put_function(event_action_t* self);
+/// Erase the record of a definition. STATUS_OK, also if there is no record; or the status of the persistence
+/// port.
 MUST_USE status_t event_action_erase(const event_action_t* self, uint16_t slot);
 
 #endif // PUS_ST19_ST19_DEFINITIONS_H

@@ -120,7 +120,7 @@ static pus_reply_t read_copy_request(pus_files_t* const files, pus_request_t* co
     return st23_reply_of(files, status, out_wanted->target.name_offset);
 }
 
-/// Compose the temporary name of a target. No request can have this name, because it begins with a dot.
+/// Compose the temporary name of a target. No request can name this file, because its name begins with a dot.
 static void name_part(pus_file_copy_t* const copy)
 {
     copy->part = copy->target;
@@ -150,8 +150,8 @@ static void remove_leftover(pus_files_t* const files, pus_file_copy_t* const cop
     files->counters.removed++;
 }
 
-/// Remove what an earlier life has left under the temporary name of a new copy; otherwise the first step
-/// would remove it from the new copy.
+/// Remove the file that an earlier life has left under the temporary name of a new copy. Otherwise a later
+/// step would take the temporary file of the new copy for it, and remove it.
 static void remove_leftover_of(pus_files_t* const files, const pus_file_copy_t* const copy)
 {
     for (size_t i = 0U; i < files->config.copy_count; i++) {

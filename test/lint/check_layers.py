@@ -60,7 +60,8 @@ def breaches(path, layers, headers):
                        or (is_test and (name in TEST_HEADERS or name.rpartition("/")[0] == parent)))
         if not allowed:
             number = (ROOT / path).read_text()[: line.start(2)].count("\n") + 1
-            yield f"{path}:{number}: {home or 'no layer'} may not include {line[0].split('include')[1].strip()}"
+            included = line[0].split("include")[1].strip()
+            yield f"{path}:{number}: {home or 'no layer'} may not include {included}; rules: test/lint/layers.txt"
 
 
 def unmirrored(files):

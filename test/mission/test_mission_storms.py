@@ -133,7 +133,8 @@ def _pings(flight):
     sent = [(at, p) for at, p in flight.parsed if p.direction == "TC" and p.message == (17, 1) and p.apid == JOYSTICK]
     answered = [at for at, p in flight.parsed if p.direction == "TM" and p.message == (17, 2) and p.apid == JOYSTICK]
     completed = [(p.data[:4], p.user) for _, p in flight.parsed if p.direction == "TM" and p.message == (1, 7) and p.apid == JOYSTICK]
-    assert all(completed.count((p.raw[:4], p.user)) == 1 for _, p in sent), "expected one completion of each ping"
+    counts = [completed.count((p.raw[:4], p.user)) for _, p in sent]
+    assert counts == [1] * len(sent), f"completions of each ping: {counts}, expected 1 each"
     assert len(answered) == len(sent)
     return [after - before for (before, _), after in zip(sent, answered, strict=True)]
 
@@ -199,6 +200,7 @@ def test_a_process_that_dies_in_its_storm_loses_at_most_the_counts_of_a_second(d
     assert 0 <= raised - _made(flight) <= CYCLES_PER_S * EACH
     sent = [p.raw[:4] for _, p in flight.parsed if p.direction == "TC" and p.message == (17, 1) and p.apid == JOYSTICK]
     ended = [p.data[:4] for _, p in flight.parsed if p.direction == "TM" and p.message in ((1, 7), (1, 8), (1, 10)) and p.user == 1]
-    assert all(ended.count(identity) == 1 for identity in sent), "expected an answer or a reported end for each ping"
+    ends = [ended.count(identity) for identity in sent]
+    assert ends == [1] * len(sent), f"reports that a ping has ended: {ends}, expected 1 of each"
     states = [p.data[1] for _, p in flight.parsed if p.apid == MANIPULATOR and p.message == (129, 2)]
     assert ERROR_OPERATIONAL in states

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The check of descriptors.h for tests of cmocka. Such tests mock functions of the C library, so this file
-// calls the kernel directly.
+// The check of descriptors.h for tests that use cmocka. Such tests mock functions of the C library, so this
+// file calls the kernel directly.
 #define _GNU_SOURCE
 #include "test/support/descriptors.h"
 

@@ -310,7 +310,8 @@ static bool is_own_life(const message_endpoint_t* const endpoint, const uint32_t
 }
 
 /// True if a frame is addressed to another life of this endpoint.
-static bool is_of_past(message_endpoint_t* const endpoint, const uint8_t* const frame, const size_t size)
+static bool is_for_other_life(message_endpoint_t* const endpoint, const uint8_t* const frame,
+                              const size_t size)
 {
     const message_channel_t* const channel = channel_of_frame(endpoint, frame, size);
     const bool is_past                     = (channel != NULL) && channel->is_life_set &&
@@ -329,7 +330,7 @@ status_t message_accept(message_endpoint_t* const endpoint, const status_t recei
     if (received != STATUS_OK) {
         return received;
     }
-    if (is_of_past(endpoint, endpoint->frame, size)) {
+    if (is_for_other_life(endpoint, endpoint->frame, size)) {
         return STATUS_NOT_OURS;
     }
     const status_t delivered = message_deliver(endpoint, endpoint->frame, size);

@@ -25,8 +25,9 @@ void message_resume(message_endpoint_t* endpoint, const message_position_t* posi
 /// channel. All of them must have been checked, which is the case directly after a message_receive. To
 /// restore them, refill the ring before message_resume.
 message_ring_t* message_waiting(message_endpoint_t* endpoint, size_t index);
-/// Get the life of the endpoint that its peers know, and the stamp of the next frame.
+/// Get the life of the endpoint that its peers know, and the number that the next arriving frame gets.
 void message_clock(const message_endpoint_t* endpoint, uint32_t* out_life, uint32_t* out_stamp);
+/// Continue with the values of message_clock, before the first message_resume.
 void message_resume_clock(message_endpoint_t* endpoint, uint32_t life, uint32_t stamp);
 
 /// Pass frames to `outlet` instead of the carrier. The caller passes them to message_forward later, in

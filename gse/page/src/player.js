@@ -114,8 +114,8 @@ class Player extends HTMLElement {
     this.tick();
   }
 
-  // A narrow phase shows its name shortened, or only as tooltip. All phases that are too narrow to point at
-  // are one path.
+  // A phase without room for its name shows it shortened, or only as tooltip. The narrow phases, which cannot
+  // be pointed at, are one path without a name.
   phases(x, phases) {
     const isNarrow = ([from, to]) => x(to) - x(from) < PHASE_LEAST;
     const narrow = phases

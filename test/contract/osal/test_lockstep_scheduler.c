@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rules of the scheduler one by one, in one loop. posix/test_lockstep_scheduler.c is about processes.
+// The rules of the scheduler one by one; one process acts for all participants.
+// posix/test_lockstep_scheduler.c tests it with several processes.
 #include "osal/include/osal/lockstep_scheduler.h"
 
 #include "unity.h"
@@ -232,7 +233,7 @@ static void a_succession_is_one_operation(void)
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, osal_lockstep_presence(scheduler, 1U, &life));
 }
 
-static void a_succession_that_is_given_up_ends_when_it_would_begin(void)
+static void a_participant_whose_next_life_was_cancelled_becomes_absent(void)
 {
     uint32_t life                    = 0U;
     osal_lockstep_t* const scheduler = table(1U);
@@ -262,6 +263,6 @@ int main(void)
     RUN_TEST(a_hold_is_seen_by_all_and_ended_by_anyone);
     RUN_TEST(attach_needs_a_scheduler);
     RUN_TEST(a_succession_is_one_operation);
-    RUN_TEST(a_succession_that_is_given_up_ends_when_it_would_begin);
+    RUN_TEST(a_participant_whose_next_life_was_cancelled_becomes_absent);
     return UNITY_END();
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lives of participants: start, stop, death and suspension at a defined simulated time, in one loop.
+// Lives of participants: start, stop, death and suspension at a defined simulated time. One process
+// acts for all participants.
 #include "osal/include/osal/lockstep_scheduler.h"
 
 #include "test/support/assertion.h"

@@ -9,7 +9,7 @@
 #include <string.h>
 
 #define LONG_MS 20000U
-#define UNKNOWN 7777 // Each call that opens a socket sets its descriptor.
+#define UNKNOWN 7777 // Descriptor before a call that opens a socket; the call must replace it.
 
 static const osal_address_t any_port = {OSAL_IPV4_LOOPBACK, 0U};
 static const uint8_t words[]         = "words";

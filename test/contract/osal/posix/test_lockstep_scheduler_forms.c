@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The same random actions of participants are run three times: by a plain model of the rules in this file, by
-// the scheduler in one loop, and by the scheduler with a process per participant. The three sequences of
-// grants must be the same.
+// the scheduler with one process for all participants, and by the scheduler with a process for each. The
+// three sequences of grants must be the same.
 #define _GNU_SOURCE
 #include "osal/include/osal/lockstep_scheduler.h"
 
@@ -226,7 +226,7 @@ static void run_model(uint64_t seed, uint32_t length, trace_t* trace)
     }
 }
 
-// ---- The scheduler in one loop ----
+// ---- The scheduler with one process for all participants ----
 
 static void act(osal_lockstep_t* scheduler, unsigned participant, const decision_t* decision)
 {
@@ -361,7 +361,7 @@ static void assert_same(const trace_t* expected, const trace_t* actual, uint64_t
     }
 }
 
-static void the_loop_gives_the_sequence_of_the_model(void)
+static void one_process_gives_the_sequence_of_the_model(void)
 {
     static trace_t model;
     static trace_t loop;
@@ -372,7 +372,7 @@ static void the_loop_gives_the_sequence_of_the_model(void)
     }
 }
 
-static void processes_give_the_sequence_of_the_loop(void)
+static void several_processes_give_the_sequence_of_one_process(void)
 {
     static trace_t loop;
     trace_t* const processes = shared_memory(sizeof(trace_t));
@@ -404,8 +404,8 @@ static void time_never_goes_back_and_orders_rise_within_an_instant(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(the_loop_gives_the_sequence_of_the_model);
+    RUN_TEST(one_process_gives_the_sequence_of_the_model);
     RUN_TEST(time_never_goes_back_and_orders_rise_within_an_instant);
-    RUN_TEST(processes_give_the_sequence_of_the_loop);
+    RUN_TEST(several_processes_give_the_sequence_of_one_process);
     return UNITY_END();
 }

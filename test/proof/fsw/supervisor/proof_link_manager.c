@@ -30,7 +30,7 @@
 // Fault: fsw/supervisor/link_manager.c
 //   - if ((session_of_link(supervisor, open->link) != NULL) ||
 //   + if ((open->link == 0U) ||
-// The supervisor without the members that its link manager does not use.
+// The supervisor with only the members that its link manager uses.
 #define FSW_SUPERVISOR_SUPERVISOR_H
 #define FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_CORE_H
 #include "fsw/framework/descriptor/mission_descriptor.h"
@@ -308,7 +308,7 @@ static bool has_its_ends(const uint16_t link, const pus_link_ends_t* const ends)
     return (ends->producer_apid == own.producer_apid) && (ends->consumer_apid == own.consumer_apid);
 }
 
-static bool is_one_sound(const link_session_t* const one)
+static bool is_session_sound(const link_session_t* const one)
 {
     if (one->step == SESSION_FREE) {
         return true;
@@ -329,7 +329,7 @@ static bool is_sound(void)
     }
     for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
         const link_session_t* const one = &supervisor.sessions[i];
-        is_good                         = is_good && is_one_sound(one);
+        is_good                         = is_good && is_session_sound(one);
         for (size_t j = 0U; j < i; j++) {
             const link_session_t* const other = &supervisor.sessions[j];
             const bool are_used               = (one->step != SESSION_FREE) && (other->step != SESSION_FREE);

@@ -41,7 +41,7 @@ static void cut_off_arm(void)
     fixture_forget();
 }
 
-static void a_request_barred_only_by_an_unknown_state_is_refused_as_uncertain(void)
+static void a_request_that_only_a_state_in_doubt_prevents_is_refused_with_state_in_doubt(void)
 {
     cut_off_arm();
     (void)fixture_request_state(HAND, STATE_OFFLINE);
@@ -64,8 +64,8 @@ static void a_subsystem_heard_again_must_report_its_status_before_its_state_is_u
 {
     cut_off_arm();
     fixture_tick();
-    fixture_report(FIXTURE_ARM, PUS_SERVICE_TEST, 2U, NULL,
-                   0U); // The report may have been sent before, so it does not prove the state.
+    // ARM may have sent this report before it was cut off, so the report does not prove its state.
+    fixture_report(FIXTURE_ARM, PUS_SERVICE_TEST, 2U, NULL, 0U);
     fixture_run(2U);
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.reactions.asked);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, arm()->state);
@@ -122,7 +122,7 @@ static void only_the_completion_of_the_status_request_ends_the_doubt(void)
     run_ms(1000);
     TEST_ASSERT_EQUAL(DOUBT_ASKED, arm()->doubt);
     const uint32_t asked = arm()->asked.request_id;
-    // The same number, but in the name of the ground.
+    // The same sequence count, but of a request of the ground.
     fixture_verify(FIXTURE_ARM, 7U, (uint16_t)(asked & 0x3FFFU));
     fixture_step();
     TEST_ASSERT_EQUAL(DOUBT_ASKED, arm()->doubt);
@@ -165,7 +165,7 @@ static void a_subsystem_that_reports_gets_no_status_request(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_request_barred_only_by_an_unknown_state_is_refused_as_uncertain);
+    RUN_TEST(a_request_that_only_a_state_in_doubt_prevents_is_refused_with_state_in_doubt);
     RUN_TEST(a_subsystem_heard_again_must_report_its_status_before_its_state_is_used);
     RUN_TEST(a_status_request_without_an_answer_is_repeated);
     RUN_TEST(only_the_completion_of_the_status_request_ends_the_doubt);

@@ -159,7 +159,7 @@ static void a_failure_of_the_same_severity_joins_the_plan(void)
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.reactions.joined);
 }
 
-static void a_command_that_was_sent_is_not_repeated(void)
+static void an_order_is_repeated_only_if_it_was_not_answered_for_a_second(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture.members[FIXTURE_ARM].is_passive = true;
@@ -170,12 +170,12 @@ static void a_command_that_was_sent_is_not_repeated(void)
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TIRED);
     run_ms(500);
     TEST_ASSERT_FALSE(fixture_has("16 TC 129.8 04"));
-    run_ms(600); // After this time the command may have been lost.
+    run_ms(600); // An order without an answer for more than a second may have been lost.
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TIRED);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 04"));
     fixture_forget();
-    // Another command is sent at once and has the effect that the first should have had.
+    // An order to a safer state is sent at once, and makes the first order unnecessary.
     fixture_event(FIXTURE_HAND, PUS_SEVERITY_HIGH, BROKEN);
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TIRED);
     fixture_run(2U);
@@ -183,7 +183,7 @@ static void a_command_that_was_sent_is_not_repeated(void)
     TEST_ASSERT_FALSE(fixture_has("16 TC 129.8 04"));
 }
 
-static void a_pending_command_is_not_replaced_by_one_of_lower_severity(void)
+static void a_pending_order_is_not_replaced_by_one_of_lower_severity(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_fill(FIXTURE_ARM);
@@ -242,7 +242,7 @@ static void the_supervisors_own_errors_have_plans(void)
     TEST_ASSERT_TRUE(fixture_has("G 5.1 000600010008")); // PLAN_STARTED: only the supervisor takes part.
     TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
     TEST_ASSERT_TRUE(fixture_has("18 TC 129.8 0003 from 8001"));
-    // SELF is not OFFLINE.
+    // LOG_FAILED names no subsystem, so the action of its plan on SELF has no effect.
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.supervisor.subsystem));
     TEST_ASSERT_FALSE(fixture_has("G 5.1 0003"));
 }
@@ -293,7 +293,7 @@ static void an_event_of_the_supervisor_concerns_the_subsystem_named_in_its_descr
 }
 
 /// An event of the supervisor is recorded once in a step; an event without a slot is counted.
-static void own_events_are_recorded_once_and_counted_without_a_slot(void)
+static void an_own_event_is_recorded_once_and_counted_as_missed_if_no_slot_is_free(void)
 {
     supervisor_t* const supervisor          = &fixture.supervisor;
     const uint8_t octets[3]                 = {0U, (uint8_t)SUPERVISOR_EVENT_LOG_FAILED, 0U};
@@ -329,12 +329,12 @@ int main(void)
     RUN_TEST(a_high_error_ends_a_medium_plan);
     RUN_TEST(a_medium_error_during_a_high_plan_starts_no_plan);
     RUN_TEST(a_failure_of_the_same_severity_joins_the_plan);
-    RUN_TEST(a_command_that_was_sent_is_not_repeated);
-    RUN_TEST(a_pending_command_is_not_replaced_by_one_of_lower_severity);
+    RUN_TEST(an_order_is_repeated_only_if_it_was_not_answered_for_a_second);
+    RUN_TEST(a_pending_order_is_not_replaced_by_one_of_lower_severity);
     RUN_TEST(an_error_during_the_shutdown_still_secures_the_network);
     RUN_TEST(the_supervisors_own_errors_have_plans);
     RUN_TEST(a_disabled_report_does_not_disable_the_recovery_plan);
     RUN_TEST(an_event_of_the_supervisor_concerns_the_subsystem_named_in_its_descriptor);
-    RUN_TEST(own_events_are_recorded_once_and_counted_without_a_slot);
+    RUN_TEST(an_own_event_is_recorded_once_and_counted_as_missed_if_no_slot_is_free);
     return UNITY_END();
 }

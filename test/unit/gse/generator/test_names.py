@@ -109,7 +109,7 @@ def test_a_service_has_one_loop():
     elements = container(*rows).children
     loops = [loop.loop_of(element) for element in elements]
     loop.services_once(elements, loops[:2])
-    with pytest.raises(DescriptorError, match="d.xml:4: services 20 17 is taken in line 2"):
+    with pytest.raises(DescriptorError, match='d.xml:4: services="20 17": expected no service of the <Loop> in line 2'):
         loop.services_once(elements, loops)
 
 

@@ -78,7 +78,7 @@ def test_the_largest_force_from_the_press_to_the_end_of_the_second_hold_is_seen(
     assert not fails(run, "delay_force_peak_n")
 
 
-def test_an_arm_that_ends_beside_its_command_is_seen(run):
+def test_an_arm_that_does_not_end_at_its_commanded_position_is_seen(run):
     run.truth["JOINTS", "position_rad"][80_000:, 0] = 0.004
     assert value(run, "delay_end_error_m") == pytest.approx(0.004 * 0.47, rel=1e-3)
     assert fails(run, "delay_end_error_m")
@@ -86,7 +86,7 @@ def test_an_arm_that_ends_beside_its_command_is_seen(run):
     assert value(run, "delay_end_error_m") < 1e-9
 
 
-def test_torque_in_the_circle_is_seen_without_its_first_and_last_2_s(run):
+def test_the_drag_is_measured_in_the_circle_except_its_first_and_last_2_s(run):
     felt = run.stick_rpdo.words["1"]
     felt[76_000:79_900] = felt[88_100:92_000] = 1000
     assert value(run, "delay_free_drag_nm") == 0

@@ -199,8 +199,14 @@ def test_every_failure_has_words_and_its_detail(dictionary):
 
 
 def test_the_report_of_a_failed_step_has_the_number_of_the_step(dictionary):
-    failure = Failure.decode(6, struct.pack(">HHHI", 2, 0x0301, 0, 2))
-    assert "HARDWARE_INIT" in failure.words(dictionary)
+    failure = Failure.decode(6, struct.pack(">HHHI", 2, 0x0402, 2, 7))
+    assert failure.words(dictionary).startswith("failed in progress at step 2: ")
+
+
+@pytest.mark.parametrize(("apid", "step"), [(MANIPULATOR, "HARDWARE_INIT"), (1, "2")])
+def test_the_step_of_a_progress_report_is_a_state_of_a_subsystem_or_a_number_of_the_supervisor(dictionary, apid, step):
+    packet = tm(apid, 1, 5, struct.pack(">HHH", 0x1800 | apid, 0xC000, 2), 0)
+    assert telemetry.describe(packet, telemetry.decode(packet, dictionary), dictionary).endswith(f" {step}")
 
 
 def test_a_structure_is_encoded_from_the_text_of_all_its_values(dictionary):

@@ -31,7 +31,7 @@ static void report_everything(const uint8_t ack)
     pus_verify_unrouted(&bench.process, &token, &failure, TEST_NOW_NS);
 }
 
-static void the_end_is_completion_or_failure(void)
+static void ended_reports_a_completion_or_a_failure(void)
 {
     const pus_token_t token = {.request_id = bench.request_id, .source = TEST_SOURCE, .ack = PUS_ACK_ALL};
     bench_clear();
@@ -113,7 +113,7 @@ static void other_reports_and_other_lengths_are_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(the_end_is_completion_or_failure);
+    RUN_TEST(ended_reports_a_completion_or_a_failure);
     RUN_TEST(each_flag_requests_its_stage_and_failures_are_always_reported);
     RUN_TEST(octets_equal_those_of_the_golden_reports);
     RUN_TEST(encoded_reports_are_decoded);

@@ -48,7 +48,7 @@ void setUp(void)
         TEST_ASSERT_EQUAL_INT(STATUS_OK, osal_can_open(&can[i], address[i], OSAL_CAN_NODE));
     }
     // An unchanged copy: the world of open_with refers to this file in its own directory.
-    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    (void)temporary_copy("rokviss.urdf", "descriptors/worlds/rokviss.urdf");
 }
 
 void tearDown(void)

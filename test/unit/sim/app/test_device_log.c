@@ -36,7 +36,7 @@ void setUp(void)
 {
     char reason[DOCUMENT_ERROR_MAX];
     (void)snprintf(path, sizeof path, "/tmp/device-log-%ld.lcm", (long)getpid());
-    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    (void)temporary_copy("rokviss.urdf", "descriptors/worlds/rokviss.urdf");
     const char* file = temporary_variant(
         "w.xml", "descriptors/worlds/rokviss.xml", "</World>",
         "<Bench name=\"MOTOR\" type=\"light\" bus=\"gripper\" node=\"0x31\" eds=\"joint-drive.eds\" "

@@ -56,7 +56,7 @@ void setUp(void)
     char reason[DOCUMENT_ERROR_MAX];
     changed_valve[0] = '\0';
     // The world refers to this file in its own directory; an unchanged copy is sufficient.
-    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    (void)temporary_copy("rokviss.urdf", "descriptors/worlds/rokviss.urdf");
     const char* path = temporary_variant(
         "w.xml", WORLD, "</World>",
         "<Bench name=\"MOTOR\" type=\"light\" bus=\"gripper\" node=\"0x31\" eds=\"joint-drive.eds\" "

@@ -12,7 +12,7 @@
 static faults_t faults;
 static fault_world_t world;
 static joystick_t* joystick;
-static bus_t* elsewhere; // Bus of the devices, so that the controllers of flight are alone on theirs.
+static bus_t* elsewhere; // Bus of the devices; only the flight software has controllers on the others.
 static char error[SCENARIO_ERROR_MAX];
 static char path[] = "/tmp/hirosco-scn-XXXXXX";
 

@@ -154,7 +154,7 @@ static void step(void)
     listen();
 }
 
-/// RPDOs that hold the present pose, with gravity computed without the model, then SYNC: the frames that the
+/// RPDOs that hold the present pose, with constant torques against gravity, then SYNC: the frames that the
 /// flight software sends in a cycle.
 static void cycle(uint16_t controlword, uint16_t stick_controlword)
 {
@@ -242,7 +242,7 @@ static void unplugged_devices_are_silent_and_the_others_continue(void)
     TEST_ASSERT_EQUAL_UINT(1U, heard.boot_ups);
 }
 
-static void a_master_without_nodes_is_informed(void)
+static void a_master_alone_on_its_bus_receives_error_frames(void)
 {
     open_simulator("0.1 fault unplug joystick\n0.2 fault plug joystick\n", 1U);
     bring_up();
@@ -261,7 +261,7 @@ static void a_master_without_nodes_is_informed(void)
     TEST_ASSERT_TRUE((heard.error_classes[JOYSTICK] & OSAL_CAN_ERROR_CONTROLLER) != 0U);
 }
 
-static void a_disconnected_drive_is_safe_in_time_at_each_of_20_phases(void)
+static void the_brake_holds_the_joint_of_a_drive_unplugged_at_any_phase_of_the_cycle(void)
 {
     for (unsigned phase = 0U; phase < 20U; phase++) {
         char scenario[96];
@@ -413,7 +413,7 @@ static void faults_reach_every_device_and_bus_of_the_world(void)
     char world[128];
     char scenario[128];
     char error[SIMULATOR_ERROR_MAX] = "";
-    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    (void)temporary_copy("rokviss.urdf", "descriptors/worlds/rokviss.urdf");
     (void)strcpy(scenario,
                  temporary_file("test.scn",
                                 "0.01 fault unplug gripper MOTOR\n0.02 fault torque-offset MOTOR 5\n"
@@ -444,7 +444,7 @@ static void faults_reach_every_device_and_bus_of_the_world(void)
 static void a_joystick_rests_while_no_hand_moves_it(void)
 {
     char error[SIMULATOR_ERROR_MAX] = "";
-    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    (void)temporary_copy("rokviss.urdf", "descriptors/worlds/rokviss.urdf");
     const char* path =
         temporary_variant("w.xml", WORLD,
                           "<Hand joystick=\"STICK\" stiffness=\"3\" damping=\"0.1\" positionScale=\"2\" "
@@ -459,7 +459,7 @@ static void a_joystick_rests_while_no_hand_moves_it(void)
 static void a_world_that_diverges_is_not_simulated_further(void)
 {
     char error[SIMULATOR_ERROR_MAX] = "";
-    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    (void)temporary_copy("rokviss.urdf", "descriptors/worlds/rokviss.urdf");
     const char* path = temporary_variant("w.xml", WORLD, "damping=\"8\"", "damping=\"80000\"");
     TEST_ASSERT_EQUAL_INT_MESSAGE(
         STATUS_OK, simulator_open(&(simulator_config_t){.world_path = path}, &simulator, error), error);
@@ -489,7 +489,7 @@ static void octets_of_an_instrument_that_do_not_arrive_are_in_the_statistics(voi
     char counts_name[64];
     simulator_statistics_t statistics;
     osal_hand_over_t flight = OSAL_HAND_OVER_CLOSED;
-    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    (void)temporary_copy("rokviss.urdf", "descriptors/worlds/rokviss.urdf");
     const char* path = temporary_variant(
         "w.xml", WORLD, "</World>",
         "<Instrument name=\"COVER\" type=\"FILE\" channel=\"/dev/cover\" framing=\"SLIP\" value=\"INT16\" "
@@ -518,8 +518,8 @@ int main(void)
     RUN_TEST(a_command_is_applied_and_answered_within_one_step);
     RUN_TEST(the_arm_stands_still_on_its_brakes_and_under_control);
     RUN_TEST(unplugged_devices_are_silent_and_the_others_continue);
-    RUN_TEST(a_master_without_nodes_is_informed);
-    RUN_TEST(a_disconnected_drive_is_safe_in_time_at_each_of_20_phases);
+    RUN_TEST(a_master_alone_on_its_bus_receives_error_frames);
+    RUN_TEST(the_brake_holds_the_joint_of_a_drive_unplugged_at_any_phase_of_the_cycle);
     RUN_TEST(an_injected_error_is_reported_and_stops_the_drive);
     RUN_TEST(equal_seeds_give_equal_logs_and_unequal_seeds_do_not);
     RUN_TEST(bus_loads_are_at_most_those_computed);

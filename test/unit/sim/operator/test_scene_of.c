@@ -43,7 +43,7 @@ static void expect_refusal(const char* path, const char* at, const char* words)
 /// Expect that the world with one text replaced is refused at a line.
 static void expect_world_refused(const char* old, const char* new_text, const char* at, const char* words)
 {
-    (void)temporary_variant("rokviss.urdf", ROBOT, "robot", "robot");
+    (void)temporary_copy("rokviss.urdf", ROBOT);
     expect_refusal(temporary_variant("w.xml", WORLD, old, new_text), at, words);
 }
 

@@ -62,7 +62,7 @@ static void run(const unsigned steps)
 /// A single body of 300 kg and 60 kgm2 about z: its momentum is force and torque multiplied by time.
 static void thrust_changes_momentum_by_force_and_torque_times_time(void)
 {
-    (void)temporary_variant("satellite.urdf", "descriptors/worlds/satellite.urdf", "robot", "robot");
+    (void)temporary_copy("satellite.urdf", "descriptors/worlds/satellite.urdf");
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read("descriptors/worlds/actuators.xml", &world, error),
                                   error);
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, plant_create(&world, &plant, error), error);

@@ -375,7 +375,7 @@ static void impossible_robots_are_refused(void)
 
 static void impossible_drive_types_are_refused(void)
 {
-    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    (void)temporary_copy("rokviss.urdf", "descriptors/worlds/rokviss.urdf");
     const char* path = temporary_variant("w.xml", ROKVISS, "stiction=\"2.4\"", "stiction=\"1.9\"");
     TEST_ASSERT_EQUAL_INT(STATUS_INVALID, world_read(path, &world, error));
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "'1.9', expected a stiction of at least coulomb"), error);
@@ -392,7 +392,7 @@ static void impossible_drive_types_are_refused(void)
 
 static void a_drive_type_may_have_ripples_or_no_torque_sensor(void)
 {
-    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    (void)temporary_copy("rokviss.urdf", "descriptors/worlds/rokviss.urdf");
     const char* path = temporary_variant("w.xml", ROKVISS, "range=\"60\"/>",
                                          "range=\"60\" ripple=\"0.3\" ripplePeriods=\"4\"/>");
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(path, &world, error), error);
@@ -416,7 +416,7 @@ static void a_drive_type_may_have_ripples_or_no_torque_sensor(void)
 
 static void drives_wheels_and_cameras_have_a_spread(void)
 {
-    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    (void)temporary_copy("rokviss.urdf", "descriptors/worlds/rokviss.urdf");
     const char* path = temporary_variant("w.xml", ROKVISS, "stiction=\"2.4\"",
                                          "stiction=\"2.4\" frictionSpread=\"0.2\" stiffnessSpread=\"0.1\"");
     path             = temporary_variant(
@@ -438,7 +438,7 @@ static void drives_wheels_and_cameras_have_a_spread(void)
 
 static void joints_have_rates_at_the_start(void)
 {
-    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    (void)temporary_copy("rokviss.urdf", "descriptors/worlds/rokviss.urdf");
     const char* path =
         temporary_variant("w.xml", ROKVISS, "</Robot>", "<StartRate joint2=\"-0.4\"/></Robot>");
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(path, &world, error), error);

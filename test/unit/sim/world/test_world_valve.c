@@ -19,7 +19,7 @@ static char error[DOCUMENT_ERROR_MAX];
 
 void setUp(void)
 {
-    (void)temporary_variant("satellite.urdf", "descriptors/worlds/satellite.urdf", "robot", "robot");
+    (void)temporary_copy("satellite.urdf", "descriptors/worlds/satellite.urdf");
 }
 
 void tearDown(void)

@@ -76,14 +76,14 @@ static bool is_past(const uint32_t number, const uint32_t count)
            excludes(&second, number, count);
 }
 
-static bool is_one_sound(const sdls_session_t* const one)
+static bool is_session_sound(const sdls_session_t* const one)
 {
     return (one->held <= SDLS_PACKET_MAX) && (!one->is_bound || (one->session <= receiver.mark.session));
 }
 
 static bool is_sound(void)
 {
-    return is_one_sound(&first) && is_one_sound(&second) &&
+    return is_session_sound(&first) && is_one_sound(&second) &&
            !(first.is_bound && second.is_bound && (first.session == second.session)) &&
            is_past(earlier_number, earlier_count);
 }

@@ -28,7 +28,7 @@ static void cipher_examine(const uint8_t* const frame)
 void gcm_aes256_set_iv(struct gcm_aes256_ctx* const cipher, const size_t size, const uint8_t* const vector)
 {
     (void)cipher;
-    PROVE((size == 12U) && (vector == &cipher_frame[8]), "the vector is that of the frame");
+    PROVE((size == 12U) && (vector == &cipher_frame[8]), "the initialization vector is that of the frame");
 }
 
 void gcm_aes256_update(struct gcm_aes256_ctx* const cipher, const size_t size, const uint8_t* const octets)

@@ -28,7 +28,7 @@ static uint32_t draw(uint32_t below)
     return (random_state >> 8U) % below;
 }
 
-/// Application data that are nearly correct: small counts, existing identifiers, names of functions.
+/// Fill in application data that are nearly correct: small counts, existing identifiers, names of functions.
 static size_t fill(uint8_t* octets, size_t capacity)
 {
     static const uint8_t likely[] = {0U, 0U, 0U, 1U, 1U, 2U, 3U, 5U, 7U, 16U, 17U, 100U, 0xFFU};
@@ -63,7 +63,7 @@ static void send_one(void)
     }
 }
 
-/// Send a random packet: arbitrary octets, or a correct packet with some octets changed.
+/// Send arbitrary octets, once as a request and once as a datagram of a link.
 static void send_noise(void)
 {
     uint8_t octets[64];
@@ -73,7 +73,7 @@ static void send_noise(void)
     }
     // Make the packet a request, because any other packet is only a heartbeat.
     octets[0] = (uint8_t)(0x18U | (octets[0] & 0x07U));
-    fixture_forget_ends(); // The request may have any number.
+    fixture_forget_ends(); // The request may have any sequence count.
     fixture_accept(octets, size);
     subsystem_link_datagram(&fixture.subsystem, octets, size);
 }

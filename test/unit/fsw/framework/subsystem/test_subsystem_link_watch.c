@@ -114,7 +114,7 @@ static void samples_of_an_earlier_opening_do_not_count(void)
     fixture_expect("130.10 link 1 3>4 reason 9\n");
 }
 
-static void a_required_link_that_is_closed_is_an_error_in_operational_and_an_event_below(void)
+static void a_required_link_that_is_closed_is_an_error_in_operational_and_an_event_in_safe_operational(void)
 {
     bring_linked(STATE_OPERATIONAL);
     fixture.ack = 0U;
@@ -243,7 +243,7 @@ int main(void)
     RUN_TEST(a_stale_link_prevents_operational_until_it_has_fresh_samples);
     RUN_TEST(a_link_that_never_receives_a_sample_is_stale);
     RUN_TEST(samples_of_an_earlier_opening_do_not_count);
-    RUN_TEST(a_required_link_that_is_closed_is_an_error_in_operational_and_an_event_below);
+    RUN_TEST(a_required_link_that_is_closed_is_an_error_in_operational_and_an_event_in_safe_operational);
     RUN_TEST(a_required_link_that_is_closed_raises_an_event_in_pre_operational_and_none_after_an_error);
     RUN_TEST(an_optional_link_that_is_stale_or_closed_is_reported_without_an_event);
     RUN_TEST(a_closed_link_that_is_not_required_raises_no_event);
