@@ -80,7 +80,7 @@ def test_candump_recorded_the_same_frames(group, shared_memory_flight, bus, leas
 
 
 @pytest.mark.parametrize("bus", short_flights.REPORTS)
-def test_flight_over_vcan_has_met_the_reports_of_a_controller(group, bus):
+def test_the_controller_of_a_vcan_flight_has_reported_each_condition(group, bus):
     """Bus-off and recovery, error passive, lost arbitration, no acknowledge, overflow: the flight software reacts as on shared memory."""
     group.check("vcan_flight_is_seen_by_candump")
     seen = frames(group.result.directory / "vcan" / "candump.log", f"vcan-{bus}")

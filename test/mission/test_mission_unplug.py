@@ -53,7 +53,7 @@ def _cuts(run):
     return [fault["time_us"] for fault in run.truth["FAULT"] if fault["kind"] == "unplug"]
 
 
-def test_cuts_cover_the_cycle(unplugged):
+def test_devices_are_unplugged_at_20_phases_of_the_cycle(unplugged):
     """The instants are 25 us apart over the whole cycle."""
     _, _, run = unplugged
     assert sorted(cut % 500 for cut in _cuts(run)) == list(range(0, 500, 25))
@@ -122,8 +122,7 @@ def test_every_engagement_is_without_a_jerk(unplugged):
     assert figures.holds("engagement_step_rad", found["engagement_step_rad"]), found
 
 
-def test_figures_agree(unplugged):
-    """run.json has the figures that this test computes."""
+def test_run_json_has_the_figures_that_this_test_computes(unplugged):
     _, _, run = unplugged
     found = figures.unplug(run)
     assert found["unplugs"] == PHASES

@@ -217,7 +217,7 @@ def test_one_step_is_executed_and_a_procedure_stops_at_a_named_step(station):
     assert _observed(station, since)[-1] == (STOPPED, step + 200, 0)
 
 
-def test_parameters_are_communicated(station):
+def test_a_procedure_receives_parameters(station):
     values = {"n": [{"argument_layout": "UINT16", "argument_value": 42}, {"argument_layout": "DOUBLE", "argument_value": 0.5}]}
     _run(station, "assert(parameters(0) == nil and parameters(0.05) == nil)")
     station.do("SUPERVISOR", 18, 2, obcp_id="LOOK")

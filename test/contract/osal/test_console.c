@@ -34,7 +34,7 @@ static bool is_introduced(int count, char* first, char* second, const char* usag
     return osal_console_introduce(count, arguments, "name", usage);
 }
 
-static void a_program_introduces_itself_if_that_is_its_only_argument(void)
+static void version_and_usage_are_printed_if_requested_by_the_only_argument(void)
 {
     TEST_ASSERT_TRUE(is_introduced(2, version, NULL, "usage: how"));
     TEST_ASSERT_TRUE(is_introduced(2, version, NULL, NULL));
@@ -65,7 +65,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(empty_texts_and_parts_of_lines_are_accepted);
-    RUN_TEST(a_program_introduces_itself_if_that_is_its_only_argument);
+    RUN_TEST(version_and_usage_are_printed_if_requested_by_the_only_argument);
     RUN_TEST(a_failed_assertion_ends_the_function_and_one_that_holds_has_no_effect);
     return UNITY_END();
 }

@@ -125,7 +125,7 @@ static void a_start_that_fails_is_reported_at_its_instant(void)
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, presence(THIRD, 2U));
 }
 
-static void a_start_is_taken_back_at_once(void)
+static void a_start_that_was_cancelled_is_absent_at_once(void)
 {
     (void)next_is(FIRST, 0U);
     osal_lockstep_expect(scheduler, SECOND, 2U, 2000U);
@@ -412,7 +412,7 @@ int main(void)
     RUN_TEST(a_participant_that_joins_early_is_granted_no_earlier);
     RUN_TEST(deliveries_and_ends_of_another_life_have_no_effect);
     RUN_TEST(a_start_that_fails_is_reported_at_its_instant);
-    RUN_TEST(a_start_is_taken_back_at_once);
+    RUN_TEST(a_start_that_was_cancelled_is_absent_at_once);
     RUN_TEST(grants_that_fall_due_during_a_suspension_are_given_after_it);
     RUN_TEST(a_suspended_participant_ends_as_any_other);
     RUN_TEST(a_participant_can_be_suspended_only_after_its_life_has_begun);

@@ -109,7 +109,7 @@ static void lists_have_a_slot_for_each_item(void)
     expect("#define SUBSYSTEM_HOST_RECORDS 69U\n");
 }
 
-static void the_largest_of_all_missions_counts(void)
+static void the_largest_number_of_all_missions_is_the_capacity(void)
 {
     model.event_count = 7U;
     write();
@@ -126,6 +126,6 @@ int main(void)
     RUN_TEST(an_empty_descriptor_needs_the_smallest_capacities);
     RUN_TEST(nodes_of_all_configurations_count_once);
     RUN_TEST(lists_have_a_slot_for_each_item);
-    RUN_TEST(the_largest_of_all_missions_counts);
+    RUN_TEST(the_largest_number_of_all_missions_is_the_capacity);
     return UNITY_END();
 }

@@ -120,7 +120,7 @@ static void arrays_and_plain_numbers_are_written(void)
     TEST_ASSERT_NULL(strstr(source, "mission_1_buses"));
 }
 
-static void a_source_of_many_items_is_whole(void)
+static void a_list_as_long_as_permitted_is_written_completely(void)
 {
     for (uint16_t i = 0U; i < DESCRIPTOR_SETTINGS_MAX; i++) {
         model.storage.settings[i].index = i;
@@ -160,7 +160,7 @@ int main(void)
     RUN_TEST(real_numbers_are_written_exactly);
     RUN_TEST(a_field_refers_to_its_enumeration_and_absent_texts_are_null);
     RUN_TEST(arrays_and_plain_numbers_are_written);
-    RUN_TEST(a_source_of_many_items_is_whole);
+    RUN_TEST(a_list_as_long_as_permitted_is_written_completely);
     RUN_TEST(the_source_checks_the_layout_of_its_compiler);
     RUN_TEST(a_failure_of_the_file_is_kept);
     return UNITY_END();

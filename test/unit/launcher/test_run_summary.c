@@ -217,7 +217,7 @@ static void only_runs_with_an_optional_part_report_it(void)
 }
 
 /// If less than a millisecond of wall-clock time has passed, there is no speed factor.
-static void a_run_of_no_time_has_no_factor(void)
+static void a_run_that_took_no_time_has_no_real_time_factor(void)
 {
     launcher.first_wall_ns = 1U;
     launcher.last_wall_ns  = 1000000U;
@@ -257,7 +257,7 @@ int main(void)
     RUN_TEST(late_steps_are_reported_if_each_process_has_its_own_clock);
     RUN_TEST(each_line_of_the_live_port_counts_once);
     RUN_TEST(only_runs_with_an_optional_part_report_it);
-    RUN_TEST(a_run_of_no_time_has_no_factor);
+    RUN_TEST(a_run_that_took_no_time_has_no_real_time_factor);
     RUN_TEST(a_summary_that_cannot_be_written_is_reported);
     return UNITY_END();
 }

@@ -76,7 +76,7 @@ static void secrets_are_readable_by_their_owner_only(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_load_secret(path, content, sizeof content, &size));
 }
 
-static void full_disk_is_a_status(void)
+static void a_full_disk_is_reported_as_a_status(void)
 {
     osal_file_t file;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_append(&file, "/dev/full"));
@@ -205,7 +205,7 @@ int main(void)
     RUN_TEST(a_new_file_is_written_by_its_owner_only);
     RUN_TEST(a_name_without_a_directory_is_in_the_working_directory);
     RUN_TEST(secrets_are_readable_by_their_owner_only);
-    RUN_TEST(full_disk_is_a_status);
+    RUN_TEST(a_full_disk_is_reported_as_a_status);
     RUN_TEST(short_and_interrupted_writes_are_completed);
     RUN_TEST(directories_are_made_with_their_parents);
     RUN_TEST(reserved_room_can_be_written_to);

@@ -240,7 +240,7 @@ static void act(osal_lockstep_t* scheduler, unsigned participant, const decision
     }
 }
 
-static void run_loop(uint64_t seed, uint32_t length, trace_t* trace)
+static void run_single(uint64_t seed, uint32_t length, trace_t* trace)
 {
     static uint64_t storage[OSAL_LOCKSTEP_OCTETS / 8U] __attribute__((aligned(64)));
     osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, false);
@@ -364,32 +364,32 @@ static void assert_same(const trace_t* expected, const trace_t* actual, uint64_t
 static void one_process_gives_the_sequence_of_the_model(void)
 {
     static trace_t model;
-    static trace_t loop;
+    static trace_t single;
     for (uint64_t seed = 1U; seed <= 500U; seed++) {
         run_model(seed, TRACE_MAX, &model);
-        run_loop(seed, TRACE_MAX, &loop);
-        assert_same(&model, &loop, seed);
+        run_single(seed, TRACE_MAX, &single);
+        assert_same(&model, &single, seed);
     }
 }
 
 static void several_processes_give_the_sequence_of_one_process(void)
 {
-    static trace_t loop;
+    static trace_t single;
     trace_t* const processes = shared_memory(sizeof(trace_t));
     for (uint64_t seed = 1U; seed <= 25U; seed++) {
-        run_loop(seed, TRACE_MAX, &loop);
+        run_single(seed, TRACE_MAX, &single);
         run_processes(seed, TRACE_MAX, processes);
-        assert_same(&loop, processes, seed);
+        assert_same(&single, processes, seed);
     }
     (void)munmap(processes, sizeof(trace_t));
 }
 
-static void time_never_goes_back_and_orders_rise_within_an_instant(void)
+static void time_never_goes_back_and_participants_of_an_instant_are_granted_in_order(void)
 {
     static trace_t trace;
     uint32_t ends = 0U;
     for (uint64_t seed = 1000U; seed < 1100U; seed++) {
-        run_loop(seed, TRACE_MAX, &trace);
+        run_single(seed, TRACE_MAX, &trace);
         for (uint32_t i = 1U; i < trace.length; i++) {
             const step_t* const before = &trace.steps[i - 1U];
             const step_t* const step   = &trace.steps[i];
@@ -405,7 +405,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(one_process_gives_the_sequence_of_the_model);
-    RUN_TEST(time_never_goes_back_and_orders_rise_within_an_instant);
+    RUN_TEST(time_never_goes_back_and_participants_of_an_instant_are_granted_in_order);
     RUN_TEST(several_processes_give_the_sequence_of_one_process);
     return UNITY_END();
 }

@@ -373,7 +373,7 @@ static void end_reports(const unsigned member, const uint8_t state)
     fixture_run(1U);
 }
 
-static void a_report_of_an_end_counts_only_in_its_own_step(void)
+static void a_report_of_a_subsystem_has_an_effect_only_in_the_step_that_waits_for_it(void)
 {
     agree();
     fixture.members[FIXTURE_ARM].ignores_links  = true;
@@ -465,7 +465,7 @@ int main(void)
     RUN_TEST(a_renewal_asks_for_the_properties_on_which_both_ends_agreed_last);
     RUN_TEST(a_link_is_renewed_only_if_it_can_be_negotiated_again);
     RUN_TEST(an_agreed_link_is_opened_again_only_with_a_session_and_a_producer);
-    RUN_TEST(a_report_of_an_end_counts_only_in_its_own_step);
+    RUN_TEST(a_report_of_a_subsystem_has_an_effect_only_in_the_step_that_waits_for_it);
     RUN_TEST(only_a_whole_report_to_the_supervisor_settles_the_links);
     RUN_TEST(only_an_open_link_of_the_mission_is_closed_after_a_takeover);
     return UNITY_END();

@@ -72,7 +72,7 @@ static void numbers_continue_where_they_ended(void)
     TEST_ASSERT_EQUAL(0U, request(18U));
 }
 
-static void all_counts_of_full_tables_continue(void)
+static void all_counts_are_resumed_from_full_tables(void)
 {
     begin();
     for (unsigned i = 0U; i < PUS_MESSAGE_COUNTERS; i++) {
@@ -106,7 +106,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(numbers_continue_where_they_ended);
-    RUN_TEST(all_counts_of_full_tables_continue);
+    RUN_TEST(all_counts_are_resumed_from_full_tables);
     RUN_TEST(counts_out_of_range_are_not_sound);
     return UNITY_END();
 }

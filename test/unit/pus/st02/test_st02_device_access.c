@@ -267,7 +267,7 @@ static void registers_that_fail_are_left_out_of_a_dump(void)
     expect_strict_format(5U, data, writer.position);
 }
 
-static void the_most_registers_of_a_request_are_dumped(void)
+static void as_many_registers_as_a_request_may_name_are_dumped(void)
 {
     begin(255U);
     for (unsigned i = 0U; i < 255U; i++) {
@@ -309,7 +309,7 @@ static void pulses_are_given_by_each_unit(void)
     expect_strict_format(4U, data, writer.position);
 }
 
-static void the_most_pulses_of_a_request_continue_over_many_steps(void)
+static void as_many_pulses_as_a_request_may_have_are_given_over_many_steps(void)
 {
     begin(8U);
     for (unsigned i = 0U; i < 8U; i++) {
@@ -542,9 +542,9 @@ int main(void)
     RUN_TEST(faulty_instructions_are_refused_alone);
     RUN_TEST(registers_are_loaded);
     RUN_TEST(registers_that_fail_are_left_out_of_a_dump);
-    RUN_TEST(the_most_registers_of_a_request_are_dumped);
+    RUN_TEST(as_many_registers_as_a_request_may_name_are_dumped);
     RUN_TEST(pulses_are_given_by_each_unit);
-    RUN_TEST(the_most_pulses_of_a_request_continue_over_many_steps);
+    RUN_TEST(as_many_pulses_as_a_request_may_have_are_given_over_many_steps);
     RUN_TEST(physical_devices_are_commanded);
     RUN_TEST(one_faulty_command_refuses_the_whole_request);
     RUN_TEST(the_first_command_that_fails_ends_the_request);

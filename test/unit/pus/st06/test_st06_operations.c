@@ -80,7 +80,7 @@ static void objects_are_dumped_by_their_offset(void)
     expect_strict_format(3U, memory_data, memory_writer.position);
 }
 
-static void the_most_areas_of_one_request_are_dumped(void)
+static void as_many_areas_as_a_request_may_name_are_dumped(void)
 {
     memory_begin(RAM);
     octet_write_u8(&memory_writer, 255U);
@@ -516,7 +516,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_large_dump_becomes_many_reports);
     RUN_TEST(objects_are_dumped_by_their_offset);
-    RUN_TEST(the_most_areas_of_one_request_are_dumped);
+    RUN_TEST(as_many_areas_as_a_request_may_name_are_dumped);
     RUN_TEST(a_dump_without_a_valid_area_starts_no_operation);
     RUN_TEST(a_dump_waits_while_no_report_is_taken);
     RUN_TEST(an_unreadable_area_is_omitted_from_a_dump);

@@ -156,7 +156,7 @@ static void structures_are_subsampled(void)
     TEST_ASSERT_TRUE(pus_forwarding_allows(&forwarding, &torn));
 }
 
-static void events_are_blocked(void)
+static void reports_of_blocked_events_are_not_forwarded(void)
 {
     PERFORMED(14, 2, 0, 16, 2, 0, 1, 0, 9, 0, 20, 0);
     TEST_ASSERT_FALSE(allows(16U, 5U, 1U, 1U));
@@ -416,7 +416,7 @@ int main(void)
     RUN_TEST(at_first_all_reports_of_controlled_processes_are_forwarded);
     RUN_TEST(reports_are_classified_by_process_service_and_subtype);
     RUN_TEST(structures_are_subsampled);
-    RUN_TEST(events_are_blocked);
+    RUN_TEST(reports_of_blocked_events_are_not_forwarded);
     RUN_TEST(each_instruction_is_refused_alone);
     RUN_TEST(only_controlled_processes_are_selected);
     RUN_TEST(the_table_accepts_no_more_than_its_capacity);

@@ -394,7 +394,7 @@ static void a_failed_completion_ends_the_wait_for_the_request(void)
     TEST_ASSERT_EQUAL_UINT32(5U, st18_fixture.slots[0].answer.detail);
 }
 
-static void values_are_communicated(void)
+static void values_of_a_request_wait_until_the_procedure_asks_for_them(void)
 {
     static const uint8_t values[] = {1, 0, 42};
     static uint8_t many[1 + (2 * 255)];
@@ -553,7 +553,7 @@ int main(void)
     RUN_TEST(requests_are_released);
     RUN_TEST(the_end_of_a_request_is_awaited);
     RUN_TEST(a_failed_completion_ends_the_wait_for_the_request);
-    RUN_TEST(values_are_communicated);
+    RUN_TEST(values_of_a_request_wait_until_the_procedure_asks_for_them);
     RUN_TEST(observability_levels_of_procedures_are_set);
     RUN_TEST(without_an_engine_no_procedure_runs);
     RUN_TEST(stopped_procedures_can_be_unloaded);

@@ -531,7 +531,7 @@ static double largest_jump(const uint64_t from_ns, const uint64_t to_ns)
     return largest;
 }
 
-static void aim_moves_the_intent_without_a_jump_in_force(void)
+static void aim_moves_the_intent_without_a_jump(void)
 {
     play("");
     TEST_ASSERT_EQUAL(STATUS_OK, add("1 hand move 0.30 0.05 2"));
@@ -579,6 +579,6 @@ int main(void)
     RUN_TEST(an_hour_of_aims_is_taken_and_played);
     RUN_TEST(a_line_added_late_plays_between_those_of_the_scenario);
     RUN_TEST(a_refused_line_has_no_effect);
-    RUN_TEST(aim_moves_the_intent_without_a_jump_in_force);
+    RUN_TEST(aim_moves_the_intent_without_a_jump);
     return UNITY_END();
 }

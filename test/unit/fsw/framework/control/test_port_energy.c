@@ -81,7 +81,7 @@ static void energy_below_the_limit_raises_no_alarm(void)
     TEST_ASSERT_EQUAL_UINT(0U, alarms);
 }
 
-static void the_first_position_is_no_step(void)
+static void the_first_position_transfers_no_energy(void)
 {
     step(1.0, 5.0);
     TEST_ASSERT_TRUE((energy.taken_j == 0.0) && (energy.given_j == 0.0));
@@ -161,7 +161,7 @@ int main(void)
     RUN_TEST(a_port_that_damps_is_passive);
     RUN_TEST(a_moving_port_is_not_checked);
     RUN_TEST(energy_below_the_limit_raises_no_alarm);
-    RUN_TEST(the_first_position_is_no_step);
+    RUN_TEST(the_first_position_transfers_no_energy);
     RUN_TEST(the_received_energy_does_not_decrease);
     RUN_TEST(lost_sums_only_delay_a_reserve);
     RUN_TEST(the_first_sum_and_a_sum_after_a_reset_add_nothing);

@@ -451,7 +451,7 @@ static void a_full_window_of_a_dead_sender_makes_room(void)
 }
 
 /// Both die with full windows; all frames of the earlier lives come late, when the next lives have begun.
-static void late_frames_of_two_dead_ends_use_no_window_of_the_next_lives(void)
+static void late_frames_of_ended_lives_use_no_window_of_the_next_lives(void)
 {
     is_keeping = true;
     fill_exactly(0U);
@@ -494,6 +494,6 @@ int main(void)
     RUN_TEST(every_lost_block_is_counted_once);
     RUN_TEST(a_new_life_of_the_receiver_has_an_empty_window_of_the_same_size);
     RUN_TEST(a_full_window_of_a_dead_sender_makes_room);
-    RUN_TEST(late_frames_of_two_dead_ends_use_no_window_of_the_next_lives);
+    RUN_TEST(late_frames_of_ended_lives_use_no_window_of_the_next_lives);
     return UNITY_END();
 }

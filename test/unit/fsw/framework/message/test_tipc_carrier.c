@@ -212,7 +212,7 @@ static void a_message_beyond_the_window_is_dropped_and_counted(void** state)
 
 // ---- Hints ----
 
-static void names_that_exist_at_the_beginning_give_no_hint(void** state)
+static void names_that_exist_at_the_beginning_withdraw_nothing(void** state)
 {
     (void)state;
     send_to_peer();
@@ -268,7 +268,7 @@ int main(void)
         cmocka_unit_test_setup(messages_of_unknown_senders_are_dropped, set_up),
         cmocka_unit_test_setup(a_message_that_is_too_large_is_malformed_and_errors_are_passed_on, set_up),
         cmocka_unit_test_setup(a_message_beyond_the_window_is_dropped_and_counted, set_up),
-        cmocka_unit_test_setup(names_that_exist_at_the_beginning_give_no_hint, set_up),
+        cmocka_unit_test_setup(names_that_exist_at_the_beginning_withdraw_nothing, set_up),
         cmocka_unit_test_setup(a_peer_that_is_back_gets_a_sync, set_up),
         cmocka_unit_test_setup(a_removed_name_does_not_stop_sending, set_up),
         cmocka_unit_test_setup(without_a_watch_there_are_no_hints, set_up),

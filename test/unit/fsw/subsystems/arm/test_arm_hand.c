@@ -263,7 +263,7 @@ static void at_the_edge_of_its_reach_the_tool_waits_for_the_hand(void)
 }
 
 /// Three joints move the position; the orientation is not controlled.
-static void fewer_joints_lead_the_position_alone(void)
+static void with_three_joints_only_the_position_follows_the_hand(void)
 {
     const double first[2] = {0.0, 0.0};
     const double then[2]  = {0.2, -0.2};
@@ -344,7 +344,7 @@ int main(void)
     RUN_TEST(a_joint_beyond_its_range_only_goes_back);
     RUN_TEST(a_joint_at_its_speed_slows_the_tool_down);
     RUN_TEST(at_the_edge_of_its_reach_the_tool_waits_for_the_hand);
-    RUN_TEST(fewer_joints_lead_the_position_alone);
+    RUN_TEST(with_three_joints_only_the_position_follows_the_hand);
     RUN_TEST(a_direction_that_the_joints_do_not_have_is_ignored);
     RUN_TEST(a_direction_that_the_joints_have_in_part_only_is_not_followed);
     RUN_TEST(directions_become_perpendicular_and_of_length_1);

@@ -155,7 +155,7 @@ static void the_normal_is_that_of_the_touch_and_then_changes_slowly(void)
 }
 
 /// The motion of the arm disturbs the estimate of the torque at 25 Hz; this must not count as a touch.
-static void a_fast_shake_is_no_touch(void)
+static void a_fast_oscillation_does_not_count_as_a_touch(void)
 {
     couple();
     for (unsigned i = 0U; i < 4000U; i++) {
@@ -281,7 +281,7 @@ int main(void)
     RUN_TEST(the_first_valid_sample_couples_the_hand_and_free_space_changes_nothing);
     RUN_TEST(the_arm_yields_above_the_force_limit);
     RUN_TEST(the_normal_is_that_of_the_touch_and_then_changes_slowly);
-    RUN_TEST(a_fast_shake_is_no_touch);
+    RUN_TEST(a_fast_oscillation_does_not_count_as_a_touch);
     RUN_TEST(forces_that_cancel_keep_the_last_normal);
     RUN_TEST(the_arm_never_gives_away_more_energy_than_it_received);
     RUN_TEST(a_press_without_energy_waits_and_continues_slowly);

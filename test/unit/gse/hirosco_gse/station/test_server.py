@@ -496,7 +496,7 @@ def test_requestable_states_are_those_of_the_documentation():
         ("NOMINAL", TELEPRESENCE, {"ROBOT_STATE", "HAND_POSITION"}, 5, 5, 6, None),
     ],
 )
-def test_barred_states_have_the_condition_that_bars_them(dictionary, mode, configuration, links, state, partner, target, reason):
+def test_a_state_that_cannot_be_commanded_has_the_reason(dictionary, mode, configuration, links, state, partner, target, reason):
     session = Session(dictionary)
     session.mode = mode
     session.configurations[MANIPULATOR] = configuration
