@@ -25,9 +25,9 @@ PROGRAM = "test/hil/deaths.py"
 KEPT = ("can-robot.log", "can-joystick.log", "packets.log", "packets.db", "truth.lcm", "operator.log", "console.log", "run.json")
 PROCESSES = ("simulator", "supervisor", "joystick", "manipulator", "communication", "operator", "packet-archive-sqlite", "launcher")
 IN_IMAGE = ("image", "operator", "packet-archive-sqlite")
-PULLS = ("unplug robot", "unplug joystick", "unplug robot JOINT1", "unplug robot JOINT2", "unplug joystick STICK",
-         "unplug robot FLIGHT", "unplug joystick FLIGHT", "cut robot", "cut joystick", "cut robot JOINT2", "cut joystick STICK",
-         "cut robot FLIGHT", "cut robot-b")
+UNPLUGS = ("unplug robot", "unplug joystick", "unplug robot JOINT1", "unplug robot JOINT2", "unplug joystick STICK",
+           "unplug robot FLIGHT", "unplug joystick FLIGHT", "cut robot", "cut joystick", "cut robot JOINT2", "cut joystick STICK",
+           "cut robot FLIGHT", "cut robot-b")
 CARRIERS = (("--bus", "vcan"), ("--bus", "vcan", "--transport", "tipc"), ("--transport", "tipc", "--links", "tipc"),
             ("--transport", "tipc", "--nodes", "2"), ("--nodes", "2"))  # CAN interfaces belong to one node.
 FIRST_US, LAST_US = 20_000, 2_400_000  # From before the first command until the shutdown.
@@ -63,7 +63,7 @@ def drawn(number, on_real_buses=False):
     if rng.random() < 0.6:
         fault = f"kill {rng.choice(IN_IMAGE if form == 'image' else PROCESSES)}"
     else:
-        fault = rng.choice(PULLS)
+        fault = rng.choice(UNPLUGS)
     time_us = rng.randint(*(ENABLED_US if rng.random() < 0.5 else (FIRST_US, LAST_US)))
     carrier = CARRIERS[number % len(CARRIERS)] if on_real_buses else ()
     return Case(number, fault, time_us, ("--form", form, *carrier))

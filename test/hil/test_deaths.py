@@ -96,7 +96,7 @@ def judge(case, end, directory, undisturbed):
     assert not [drive for drive, history in drives.items() if is_enabled(history[-1])], "a drive is in operation at the end"
     packets = packet_log.read_packets(directory / "packets.log")
     if case.victim is None:
-        judge_pull(case, end, facts, drives, packets)
+        judge_unplug(case, end, facts, drives, packets)
         if case.fault == "cut robot-b":
             assert (directory / "can-robot.log").read_bytes() == (undisturbed / "can-robot.log").read_bytes()
     else:
@@ -175,7 +175,7 @@ def judge_reported(case, packets, apids):
         assert reported and reported[0][1] == ERROR_OPERATIONAL and reported[0][0] <= REPORTED_US, f"APID {apid}: {reported}"
 
 
-def judge_pull(case, end, facts, drives, packets):
+def judge_unplug(case, end, facts, drives, packets):
     """All drives must leave operation, all members report, and the owner raise a HIGH event; no process may
     die."""
     assert not [entry for entry in facts["processes"] if "signal" in entry or entry.get("starts", 1) != 1], facts["processes"]
@@ -267,10 +267,10 @@ def test_a_death_on_real_buses_ends_as_specified(request, environment, undisturb
 def test_every_process_is_killed_and_every_device_is_unplugged():
     """The numbers cover all kinds of faults, also while all drives are in operation."""
     cases = [deaths.drawn(number) for number in first_of_each()]
-    expected = {f"kill {name}" for name in (*deaths.PROCESSES, *deaths.IN_IMAGE)} | set(deaths.PULLS)
+    expected = {f"kill {name}" for name in (*deaths.PROCESSES, *deaths.IN_IMAGE)} | set(deaths.UNPLUGS)
     assert {case.fault for case in cases} == expected
     assert {case.fault for case in cases if is_in_operation(case)} == expected
     for carrier in deaths.CARRIERS:
         met = [case for case in (deaths.drawn(number, True) for number in ON_REAL_BUSES)
                if case.options[2:] == carrier and is_in_operation(case)]
-        assert [case for case in met if case.victim in APIDS] and [case for case in met if case.fault in deaths.PULLS[:-1]]
+        assert [case for case in met if case.victim in APIDS] and [case for case in met if case.fault in deaths.UNPLUGS[:-1]]
