@@ -93,7 +93,7 @@ static void a_restarted_supervisor_continues_and_reports_it(void)
     fixture_run(60U);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.supervisor.subsystem));
     TEST_ASSERT_FALSE(fixture_has(DIFFERS));
-    TEST_ASSERT_FALSE(fixture_has("2 TC 129.8")); // A running subsystem keeps its state and gets no command.
+    TEST_ASSERT_FALSE(fixture_has("2 TC 129.8")); // A running subsystem keeps its state and gets no order.
     fixture_forget();
     die();
     fixture_step();

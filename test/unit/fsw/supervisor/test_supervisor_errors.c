@@ -41,7 +41,7 @@ static void a_high_error_shuts_the_network_down_in_the_same_step(void)
     fixture_forget();
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_step();
-    // HAND gets a command; ARM goes down without one; LONE is not in the network. The events report that
+    // HAND gets an order; ARM goes down without one; LONE is not in the network. The events report that
     // network 16 was shut down because of 16, and that its plan has started.
     fixture_expect("G/16 5.4 0005\nG 5.1 000300100010\nG 5.1 000600100005\n17 TC 129.8 0602 from 8001\n");
     fixture_put_in_state(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
@@ -132,7 +132,7 @@ static void failures_of_separate_networks_have_separate_plans(void)
     TEST_ASSERT_TRUE(fixture_has("18 TC 129.8 00"));
 }
 
-static void a_partner_in_error_or_lost_receives_no_second_command(void)
+static void a_partner_in_error_or_lost_receives_no_second_order(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_put_in_state(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
@@ -211,7 +211,7 @@ static void a_medium_error_takes_the_subsystem_to_safe_operational_in_the_same_s
     }
 }
 
-static void a_medium_error_never_commands_a_higher_state(void)
+static void a_medium_error_never_orders_a_higher_state(void)
 {
     static const state_t states[]  = {STATE_OFFLINE, STATE_PRE_OPERATIONAL, STATE_SAFE_OPERATIONAL,
                                       STATE_ERROR_OPERATIONAL};
@@ -497,9 +497,9 @@ static void random_errors_leave_the_supervisor_consistent(void)
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.pending.count);
 }
 
-/// The event reports that a network was shut down: for each new failure, and if a command was sent. A network
+/// The event reports that a network was shut down: for each new failure, and if an order was sent. A network
 /// of one member is not reported.
-static void a_shutdown_of_a_network_is_reported_once_for_each_failure_or_command(void)
+static void a_shutdown_of_a_network_is_reported_once_for_each_failure_or_order(void)
 {
     static const char shut_down[] = "G 5.1 000300100010";
     fixture_event(FIXTURE_LONE, PUS_SEVERITY_HIGH, BROKEN); // LONE has no links.
@@ -508,24 +508,24 @@ static void a_shutdown_of_a_network_is_reported_once_for_each_failure_or_command
     fixture_link_up(STATE_OPERATIONAL);
     fixture_put_in_state(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
     fixture_forget();
-    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS); // A new failure; HAND needs no command.
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS); // A new failure; HAND needs no order.
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has(shut_down));
     TEST_ASSERT_FALSE(fixture_has("17 TC 129.8"));
     fixture_forget();
-    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS); // The same failure without a command.
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS); // The same failure without an order.
     fixture_step();
     TEST_ASSERT_FALSE(fixture_has(shut_down));
     fixture_put_in_state(FIXTURE_HAND, STATE_OPERATIONAL);
     fixture_forget();
-    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS); // The same failure with a command.
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS); // The same failure with an order.
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has(shut_down));
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
 }
 
-/// A command without an answer counts for one second: until then, further events do not repeat it.
-static void a_command_without_an_answer_is_repeated_after_a_second(void)
+/// An order without an answer stands for one second: until then, further events do not repeat it.
+static void an_order_without_an_answer_is_repeated_after_a_second(void)
 {
     const registry_entry_t* const arm = supervisor_registry_find(&fixture.supervisor, ARM);
     fixture_put_in_state(FIXTURE_ARM, STATE_OPERATIONAL);
@@ -554,12 +554,12 @@ int main(void)
     RUN_TEST(an_event_whose_report_is_disabled_has_the_same_reaction);
     RUN_TEST(one_failure_has_one_plan);
     RUN_TEST(failures_of_separate_networks_have_separate_plans);
-    RUN_TEST(a_partner_in_error_or_lost_receives_no_second_command);
+    RUN_TEST(a_partner_in_error_or_lost_receives_no_second_order);
     RUN_TEST(a_plan_of_the_mission_replaces_the_built_in_one);
     RUN_TEST(a_plan_that_only_logs_has_no_other_effect);
     RUN_TEST(a_subsystem_without_links_goes_down_alone);
     RUN_TEST(a_medium_error_takes_the_subsystem_to_safe_operational_in_the_same_step);
-    RUN_TEST(a_medium_error_never_commands_a_higher_state);
+    RUN_TEST(a_medium_error_never_orders_a_higher_state);
     RUN_TEST(a_plan_may_order_a_member_to_error_operational);
     RUN_TEST(low_and_informative_events_are_only_logged);
     RUN_TEST(only_events_of_other_subsystems_of_the_mission_have_a_reaction);
@@ -575,7 +575,7 @@ int main(void)
     RUN_TEST(silence_is_an_error);
     RUN_TEST(a_subsystem_that_reports_is_not_silent);
     RUN_TEST(random_errors_leave_the_supervisor_consistent);
-    RUN_TEST(a_command_without_an_answer_is_repeated_after_a_second);
-    RUN_TEST(a_shutdown_of_a_network_is_reported_once_for_each_failure_or_command);
+    RUN_TEST(an_order_without_an_answer_is_repeated_after_a_second);
+    RUN_TEST(a_shutdown_of_a_network_is_reported_once_for_each_failure_or_order);
     return UNITY_END();
 }

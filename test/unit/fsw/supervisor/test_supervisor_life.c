@@ -51,7 +51,7 @@ static void supervisor_and_communication_start_without_a_request(void)
     fixture_expect("");
 }
 
-static void no_subsystem_gets_a_command_before_its_first_report(void)
+static void no_subsystem_gets_an_order_before_its_first_report(void)
 {
     fixture_open();
     fixture.members[FIXTURE_GROUND].is_silent = true;
@@ -555,7 +555,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(supervisor_and_communication_start_without_a_request);
-    RUN_TEST(no_subsystem_gets_a_command_before_its_first_report);
+    RUN_TEST(no_subsystem_gets_an_order_before_its_first_report);
     RUN_TEST(an_autostart_subsystem_at_the_first_position_of_the_table_starts);
     RUN_TEST(communication_is_started_again_after_a_command_to_offline);
     RUN_TEST(members_get_a_heartbeat_once_a_second);

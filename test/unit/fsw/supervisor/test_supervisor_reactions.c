@@ -210,7 +210,7 @@ static void an_error_during_the_shutdown_still_secures_the_network(void)
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.counters.plans_started);
-    run_ms(3100); // Then all members are commanded to OFFLINE, and nothing interrupts this.
+    run_ms(3100); // Then all members are ordered to OFFLINE, and nothing interrupts this.
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 00"));
     fixture_forget();
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
@@ -286,7 +286,7 @@ static void an_event_of_the_supervisor_concerns_the_subsystem_named_in_its_descr
     (void)subsystem_raise(&fixture.supervisor.subsystem, SUPERVISOR_EVENT_RESOURCE_REFUSED, of_hand, 2U);
     (void)subsystem_raise(&fixture.supervisor.subsystem, SUPERVISOR_EVENT_RESOURCE_REFUSED, of_hand, 2U);
     fixture_run(2U);
-    // This subsystem has not failed, so it is secured by a command, too.
+    // This subsystem has not failed, so it is secured by an order, too.
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 06"));
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);

@@ -170,7 +170,7 @@ static void a_configuration_that_is_not_permitted_stops_recommissioning(void)
     TEST_ASSERT_FALSE(fixture_has("16 TC 129.3"));
 }
 
-/// The member stays in OFFLINE: it gets one command and has five seconds.
+/// The member stays in OFFLINE: it gets one order and has five seconds.
 static void a_member_that_does_not_follow_an_order_stops_recommissioning(void)
 {
     link_up(STATE_OPERATIONAL);

@@ -182,7 +182,7 @@ static void a_request_to_an_unknown_addressee_is_reported_as_unrouted(void)
     fixture_expect("G 1.10 #1 0001 7FE\n");
 }
 
-#define PLAIN_WINDOW (MESSAGE_WINDOW - MESSAGE_RESERVE) // The rest of a window is for commands.
+#define PLAIN_WINDOW (MESSAGE_WINDOW - MESSAGE_RESERVE) // The rest of a window is for orders.
 #define TIMEOUT_TICKS 10U
 
 /// The next request of the ground waits while its addressee has no room, and so do all requests after it.
@@ -209,7 +209,7 @@ static void a_request_waits_for_room_at_its_addressee(void)
     TEST_ASSERT_NULL(strstr(text, "G 1.10"));
 }
 
-/// Other requests are delayed once and for a limited time; reports and commands are never delayed.
+/// Other requests are delayed once and for a limited time; reports and orders are never delayed.
 static void a_subsystem_with_a_full_inbox_delays_other_requests_once(void)
 {
     fixture.members[FIXTURE_ARM].takes_nothing = true;
@@ -495,8 +495,8 @@ static void a_request_that_is_not_accepted_ends(void)
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.pending.count);
 }
 
-/// The inbox is full when the subsystem must become safe: the command is sent as soon as it has room.
-static void a_command_without_room_stays_pending(void)
+/// The inbox is full when the subsystem must become safe: the order is sent as soon as it has room.
+static void an_order_without_room_stays_pending(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_fill(FIXTURE_HAND);
@@ -508,8 +508,8 @@ static void a_command_without_room_stays_pending(void)
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0602 from 8001"));
 }
 
-/// The ground has filled the inbox with requests, but the supervisor's command still has room.
-static void a_command_has_room_in_an_inbox_full_of_requests(void)
+/// The ground has filled the inbox with requests, but an order of the supervisor still has room.
+static void an_order_has_room_in_an_inbox_full_of_requests(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture.members[FIXTURE_HAND].takes_nothing = true;
@@ -588,8 +588,8 @@ int main(void)
     RUN_TEST(an_upward_request_may_go_up_by_one_state_only);
     RUN_TEST(pending_requests_end_with_their_subsystem);
     RUN_TEST(a_request_that_is_not_accepted_ends);
-    RUN_TEST(a_command_without_room_stays_pending);
-    RUN_TEST(a_command_has_room_in_an_inbox_full_of_requests);
+    RUN_TEST(an_order_without_room_stays_pending);
+    RUN_TEST(an_order_has_room_in_an_inbox_full_of_requests);
     RUN_TEST(a_full_backlog_drops_bulk_reports_and_raises_one_event);
     RUN_TEST(requests_wait_while_their_answers_have_no_room);
     return UNITY_END();

@@ -52,7 +52,7 @@ struct party {
 unsigned party_forms(void);
 /// Returns the address of a member: 16, 17, ...
 uint16_t party_id(unsigned index);
-/// Open all members with start count 1, each a peer of all others. A form that this system does not support
+/// Open all members in life 1, each a peer of all others. A form that this system does not support
 /// ends the test with IGNORE.
 void party_open(party_t* party, party_form_t form);
 void party_close(party_t* party);
