@@ -224,8 +224,8 @@ const uint8_t* supervisor_checkpoint_before(const checkpoint_t* checkpoint, cons
 /// Store and read the number of outputs of the last commit that were performed.
 void supervisor_checkpoint_note_performed(checkpoint_t* checkpoint, uint32_t count);
 uint32_t supervisor_checkpoint_performed(const checkpoint_t* checkpoint);
-/// Returns the content of a ring in the adopted bank, as message_ring_copy wrote it; valid until the next
-/// commit.
+/// Returns the content of a ring (an index below CHECKPOINT_RINGS) in the last commit, which after the
+/// takeover is the adopted one, as message_ring_copy wrote it; valid until the next commit.
 const uint8_t* supervisor_checkpoint_waiting(const checkpoint_t* checkpoint, size_t ring, size_t* out_octets);
 
 #endif // FSW_SUPERVISOR_CHECKPOINT_H

@@ -23,8 +23,9 @@
 #define GROUND_FIRM_OCTETS 32768U
 #define GROUND_PLAIN_OCTETS 16384U
 #define GROUND_BULK_OCTETS 16384U
-/// No request is accepted if FIRM or PLAIN reports have less room than this [octets], or than this number of
-/// the smallest reports.
+/// No request is accepted if FIRM or PLAIN reports have less room than GROUND_INTAKE octets, if one of their
+/// queues has less room than GROUND_INTAKE_REPORTS, or if fewer than twice as many of the smallest blocks are
+/// free for PLAIN reports.
 #define GROUND_INTAKE 8192U
 #define GROUND_INTAKE_REPORTS 128U
 #define GROUND_FIRM_REPORTS 512U
@@ -77,10 +78,12 @@ void supervisor_ground_backlog_init(ground_backlog_t* backlog);
 /// Take a block for a packet of `size` octets (> 0), with one reference; null if none is free, or if `size`
 /// exceeds PUS_PACKET_MAX. The caller must return it by supervisor_ground_backlog_give.
 MUST_USE uint8_t* supervisor_ground_backlog_take(ground_backlog_t* backlog, size_t size);
+/// Return one reference to a block; the last one makes it free.
 void supervisor_ground_backlog_give(ground_backlog_t* backlog, uint8_t* block);
-/// Append a report to its queue. If `block` contains the report, the block gets one more reference; if
-/// `block` is null, the report is copied into a new block. `source` is the number of the subsystem, below
-/// CAPACITY_SUBSYSTEMS. STATUS_OK; STATUS_FULL: its class has no room.
+/// Append a report (at most PUS_PACKET_MAX octets, with its service type) to its queue. If `block` contains
+/// the report, the block gets one more reference; if `block` is null, the report is copied into a new block.
+/// `source` is the number of the subsystem, below CAPACITY_SUBSYSTEMS. STATUS_OK; STATUS_FULL: its class has
+/// no room, or no block.
 MUST_USE status_t supervisor_ground_backlog_put(ground_backlog_t* backlog, uint8_t source,
                                                 const uint8_t* packet, size_t size, uint8_t* block);
 /// True if a report of this class and size, which is not in a block yet, could be appended.
@@ -93,7 +96,7 @@ bool supervisor_ground_backlog_next(const ground_backlog_t* backlog, bool is_pla
 void supervisor_ground_backlog_sent(ground_backlog_t* backlog, const ground_report_t* report);
 /// Copy the waiting reports into an empty ring, in order of arrival.
 void supervisor_ground_backlog_copy(const ground_backlog_t* backlog, message_ring_t* ring);
-/// Returns the free room for a class [octets].
+/// Returns the free room for a class [octets]; 0 if its queue has no free entry.
 uint32_t supervisor_ground_backlog_room(const ground_backlog_t* backlog, pus_class_t class);
 /// True if there is room for the answers to the requests that are accepted now.
 bool supervisor_ground_backlog_takes_requests(const ground_backlog_t* backlog);

@@ -40,7 +40,7 @@ const link_edge_t* supervisor_link_graph_into(const link_graph_t* graph, uint16_
 /// LINK_GRAPH_MEMBERS.
 uint16_t supervisor_link_graph_members(const link_graph_t* graph, uint16_t apid,
                                        uint16_t out_members[LINK_GRAPH_MEMBERS]);
-/// True if the edge is the first of its network, in the order of opening.
+/// True if the edge with this index (below `count`) is the first of its network, in the order of opening.
 bool supervisor_link_graph_is_first(const link_graph_t* graph, uint16_t index);
 /// Returns the number of the network of `apid`, which is the smallest id of its members.
 uint16_t supervisor_link_graph_network(const link_graph_t* graph, uint16_t apid);

@@ -184,7 +184,8 @@ static void refuse(pus_link_answer_t* const answer, const pus_link_reason_t reas
     answer->refuse.supported = *wanted;
 }
 
-/// Begin to negotiate a link. Null if the link already has a session, or no session is free.
+/// Begin to negotiate a link. Null if the link already has a session, no session is free, or the request to
+/// the producer cannot be sent.
 static link_session_t* begin_negotiation(supervisor_t* const supervisor, const mission_link_t* const link,
                                          const pus_link_properties_t* const wanted,
                                          const pus_token_t* const token)

@@ -96,9 +96,9 @@ typedef struct {                    // All fields are private, except the first 
     uint8_t ring_storage[PACKET_LOG_RING_OCTETS];
 } packet_log_t;
 
-typedef struct {          // State of the log of a program that died, from its last commit.
-    uint64_t next_number; ///< Number of the next record; 1: a new log.
-    uint64_t written_number;
+typedef struct {                           // State of the log of a program that died, from its last commit.
+    uint64_t next_number;                  ///< Number of the next record; 1: a new log.
+    uint64_t written_number;               ///< Last record that is in a file; less than `next_number`.
     uint64_t sizes[PACKET_LOG_STRATEGIES]; ///< Sizes of the files (`whole`); later octets are cut off.
     /// Copy of its ring, made by message_ring_copy; null: there was no log.
     const uint8_t* ring;
@@ -117,7 +117,7 @@ MUST_USE status_t supervisor_packet_log_open(packet_log_t* log, const char* dire
 MUST_USE status_t supervisor_packet_log_start_writer(packet_log_t* log);
 /// Close the file without writing, as the end of the program would. The log must not have a writer.
 void supervisor_packet_log_abandon(packet_log_t* log);
-/// Append a packet to the log.
+/// Append a packet of at most PUS_PACKET_MAX octets to the log.
 void supervisor_packet_log_append(packet_log_t* log, uint64_t time_ns, bool is_tc, const uint8_t* packet,
                                   size_t size);
 /// Change the strategy from the next record on; with a writer, from the first record that is in no file yet.

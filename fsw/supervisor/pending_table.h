@@ -24,7 +24,7 @@ typedef enum {
     PENDING_ASKED,    ///< No report has arrived yet, and a report of acceptance is required.
     PENDING_ANSWERED, ///< A report has arrived, or no report of acceptance is required.
     PENDING_REFUSED,  ///< Instructions were refused, and none has started.
-    PENDING_STARTED,
+    PENDING_STARTED,  ///< A report of start, or a later one, has arrived.
 } pending_stage_t;
 
 typedef struct { // Private.
@@ -51,7 +51,8 @@ void supervisor_pending_report(pending_table_t* table, uint16_t apid, uint16_t d
                                const pus_verification_t* verification);
 /// True if this request of the supervisor to `apid` is in the table.
 bool supervisor_pending_is_open(const pending_table_t* table, uint16_t apid, uint32_t request_id);
-/// Remove one request to `apid`. False if there is none.
+/// Remove one request to `apid`; on the way to it, those of which only refused instructions are known, which
+/// need no end. False if there is none; *out_token may have changed.
 bool supervisor_pending_take(pending_table_t* table, uint16_t apid, pus_token_t* out_token);
 /// Remove one request that was passed before `since_ns`, requires a report of acceptance, and got no report.
 /// False if there is none.

@@ -59,7 +59,8 @@ bool supervisor_plan_runner_overrule(plan_runner_t* runner, const plan_run_t* wa
 plan_verdict_t supervisor_plan_runner_start(plan_runner_t* runner, const plan_run_t* wanted);
 /// Record that the process of a subsystem has died.
 void supervisor_plan_runner_mark_lost(plan_runner_t* runner, uint16_t apid);
-/// True if the actions of `run` apply to a subsystem; false for a member whose process has died.
+/// False for a member of `run` whose process has died, to which its actions no longer apply; true for every
+/// other subsystem, also one that is no member.
 bool supervisor_plan_runner_concerns(const plan_run_t* run, uint16_t apid);
 /// Returns the next action of a run if it is due; null if none is due now. A run ends when all its actions
 /// have been returned.

@@ -47,8 +47,8 @@ typedef struct {
     /// End a process immediately because it hangs. Statuses as of `stop`.
     status_t (*kill)(void* context, uint16_t apid);
     bool (*is_running)(void* context, uint16_t apid);
-    /// Returns the latest time of the next step that the process has promised [ns of the run]; UINT64_MAX:
-    /// it has not stepped in this life.
+    /// Returns the latest time of the next step that the process has promised [ns of the run]; 0: the
+    /// launcher has found that it hangs; UINT64_MAX: there is no promise.
     uint64_t (*promise)(void* context, uint16_t apid);
     bool (*is_stop_requested)(void* context); ///< The program was asked to end (Ctrl-C).
     void (*finished)(void* context);          ///< The mission is shut down; the run may end.
@@ -108,7 +108,7 @@ typedef struct { // Known data of one subsystem, which is the subject of each co
     uint64_t started_ns;     ///< Time of its last start, or of the last event SUBSYSTEM_SILENT about it.
     uint64_t interface_hash; ///< Hash of its descriptor, as last reported.
     uint64_t configuration_hash;
-    bool is_interface_mismatched; ///< The interface hash differs from that of the supervisor's descriptor.
+    bool is_interface_mismatched; ///< The interface hash differs from the one in the supervisor's mission.
     /// Its state was taken over from the previous supervisor and not yet compared with its report.
     bool is_state_adopted;
     bool are_links_adopted; ///< The same for its links.

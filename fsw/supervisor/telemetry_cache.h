@@ -73,9 +73,11 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     telemetry_cache_entry_t entries[TELEMETRY_CACHE_ENTRIES];
     uint8_t octets[TELEMETRY_CACHE_OCTETS];
     struct {
-        uint32_t taken;     ///< Values taken from reports.
-        uint32_t unfitting; ///< Reports that do not match their definition, and malformed definitions.
-        uint32_t full;      ///< Parameters or definitions for which there was no room.
+        uint32_t taken; ///< Values taken from reports.
+        /// Reports that do not match their definition, malformed definitions, and TM[20,2] that are too short
+        /// or have a parameter without a known size or without room.
+        uint32_t unfitting;
+        uint32_t full; ///< Parameters or definitions for which there was no room.
     } counters;
 } telemetry_cache_t;
 

@@ -56,7 +56,7 @@ typedef struct { // Private, except `full`.
     telemetry_field_t fields[TELEMETRY_FIELDS];
     telemetry_structure_t structures[TELEMETRY_STRUCTURES];
     uint8_t content[TELEMETRY_CONTENT];
-    uint32_t full; ///< Definitions dropped because there was no room.
+    uint32_t full; ///< Definitions dropped: no room, or a parameter with more than 65535 octets.
 } telemetry_directory_t;
 
 void supervisor_telemetry_directory_init(telemetry_directory_t* directory);
@@ -69,7 +69,8 @@ MUST_USE status_t supervisor_telemetry_directory_find(const telemetry_directory_
                                                       const char* name, telemetry_scalar_t* out_scalar);
 /// Returns the source of sizes for the telemetry cache; the directory must outlive the cache.
 telemetry_cache_sizes_t supervisor_telemetry_directory_sizes(telemetry_directory_t* directory);
-/// Define in the telemetry cache the housekeeping structures that a subsystem has in a configuration.
+/// Define in the telemetry cache the housekeeping structures that a subsystem has in a configuration. Other
+/// structures of the subsystem stay defined.
 void supervisor_telemetry_directory_define(const telemetry_directory_t* directory, telemetry_cache_t* cache,
                                            uint16_t apid, uint16_t configuration);
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A medium whose writes since the last commit of the checkpoint can be undone: before each write, the octets
 /// that it overwrites are saved in an annex of the checkpoint. When the next life opens the medium, its
-/// content is that of the last commit. For a write beyond the end, only the old size is saved. Two kinds of
+/// content is that of the last commit. For a write beyond the end, only the old size is saved. Three kinds of
 /// octets are not saved: those that a truncation by more than UNDO_CUT_MAX removes (the content of a
-/// medium that is emptied is no longer needed), and those for which the annex has no room.
+/// medium that is emptied is no longer needed), those for which the annex has no room, and those that cannot
+/// be read; the write is performed nevertheless.
 ///
 /// Ownership  The caller provides undo_medium_t.
 /// Context    One loop.

@@ -83,7 +83,7 @@ typedef struct { // Private to fsw/supervisor.
 // Private to fsw/supervisor. Storage of the services; each member belongs to the binding of its name.
 typedef struct {
     pus_persistence_t persistence; // The journal.
-    uint32_t refused;              // Records that no service has restored.
+    uint32_t refused;              // Events RECORD_REFUSED.
     // Time since which a subsystem has had no credit for waiting requests; 0: it has credit.
     uint64_t full_since_ns[MISSION_SUBSYSTEMS_MAX];
     message_ring_t released;
@@ -118,14 +118,14 @@ extern const spacecraft_binding_t spacecraft_large_packets;
 
 /// Returns the store for persistent records of services; null if there is none.
 const pus_persistence_t* spacecraft_persistence(struct supervisor* supervisor);
-/// Returns the number of entries that the descriptor grants a service of the whole spacecraft; `most`, the
-/// capacity, if the descriptor does not define it.
+/// Returns the number of entries that the descriptor grants a service of the whole spacecraft, at most the
+/// capacity `most`; `most` if the descriptor does not define it.
 uint16_t spacecraft_capacity(const struct supervisor* supervisor, uint8_t type, uint16_t most);
 /// Open all bindings, and write their services to `services`, which has room for SPACECRAFT_SERVICES.
 /// Returns their number.
 size_t spacecraft_open(struct supervisor* supervisor, pus_service_t* services);
-/// Restore the persistent records of all services, then start the services. A refused record is counted and
-/// reported by the event RECORD_REFUSED.
+/// Restore the persistent records of all services, then start the services. A refused record, a journal that
+/// cannot be read and a failed start are counted and reported by the event RECORD_REFUSED.
 void spacecraft_restore(struct supervisor* supervisor);
 /// Raise the event that a persistent record was not restored or not written.
 void spacecraft_report_refused(struct supervisor* supervisor, uint8_t table, uint32_t key, status_t status);
