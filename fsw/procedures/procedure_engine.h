@@ -29,8 +29,8 @@ typedef struct { // Private.
     uint8_t* map;
     uint32_t budget;
     uint32_t spent; // Part of the budget that is spent; an excess is subtracted from the next budget.
-    uint32_t used;  // Cost since the last budget, including what was not charged.
-    uint32_t grace; // Cost since the last budget of lists that may be rebuilt ones (procedure_cost.h).
+    uint32_t used;  // Cost since `budget` was given, including what was not charged.
+    uint32_t grace; // The part of `used` for lists that are perhaps rebuilt ones (procedure_cost.h).
     // The largest values that this procedure has had; prices depend on them.
     uint32_t longest;    // Text [octets].
     uint32_t nodes;      // Keys in a table.

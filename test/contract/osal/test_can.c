@@ -252,6 +252,20 @@ static void memory_of_another_kind_is_no_bus(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(name));
 }
 
+/// A call reads as many frames as a ring has: then it returns, even if frames keep arriving.
+static void one_call_skips_a_whole_ring_of_filtered_frames(void)
+{
+    const osal_can_filter_t filter = {.id = 0x7FFU, .mask = 0x7FFU};
+    osal_can_frame_t out;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_filter(&node, &filter, 1U));
+    for (uint32_t i = 0U; i < OSAL_CAN_RING_FRAMES; i++) {
+        const osal_can_frame_t frame = frame_of(i, 8U, 0U);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame));
+    }
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
+    TEST_ASSERT_EQUAL_UINT32(OSAL_CAN_RING_FRAMES, node.filtered);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -263,6 +277,7 @@ int main(void)
     RUN_TEST(addresses_of_missing_buses_and_malformed_addresses_are_refused);
     RUN_TEST(a_frame_passes_if_it_matches_one_filter);
     RUN_TEST(a_mask_may_have_any_bit);
+    RUN_TEST(one_call_skips_a_whole_ring_of_filtered_frames);
     RUN_TEST(removed_bus_stays_usable_for_open_ends);
     RUN_TEST(memory_of_another_kind_is_no_bus);
     return UNITY_END();

@@ -163,6 +163,21 @@ static void opening_is_refused_for_a_reason(void)
     TEST_ASSERT_EQUAL(0, exit_status);
 }
 
+static void descriptor_0_is_valid(void)
+{
+    osal_device_t device;
+    const int input = dup(0);
+    TEST_ASSERT_TRUE(input >= 0);
+    TEST_ASSERT_EQUAL(0, close(0));
+    const status_t status = osal_device_open(&device, "/dev/null", OSAL_DEVICE_WRITE);
+    const int descriptor  = device.descriptor;
+    osal_device_close(&device);
+    TEST_ASSERT_EQUAL(0, dup2(input, 0));
+    TEST_ASSERT_EQUAL(0, close(input));
+    TEST_ASSERT_EQUAL(STATUS_OK, status);
+    TEST_ASSERT_EQUAL(0, descriptor);
+}
+
 int main(void)
 {
     if (mkdtemp(directory) == NULL) {
@@ -175,6 +190,7 @@ int main(void)
     RUN_TEST(a_file_grows_at_its_end);
     RUN_TEST(a_device_that_takes_no_more_is_full);
     RUN_TEST(opening_is_refused_for_a_reason);
+    RUN_TEST(descriptor_0_is_valid);
     const int failures = UNITY_END();
     (void)rmdir(directory);
     return failures;

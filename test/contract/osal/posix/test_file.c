@@ -54,6 +54,18 @@ static void a_new_file_is_written_by_its_owner_only(void)
     TEST_ASSERT_EQUAL(0, about.st_mode & 0133);
 }
 
+static void a_link_replaces_an_earlier_link_but_no_file(void)
+{
+    char target[8] = "";
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_link("first", path));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_link("second", path));
+    TEST_ASSERT_EQUAL(6, readlink(path, target, sizeof target));
+    TEST_ASSERT_EQUAL_STRING("second", target);
+    TEST_ASSERT_EQUAL(0, unlink(path));
+    put("file", osal_file_create);
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_file_link("third", path));
+}
+
 static void a_name_without_a_directory_is_in_the_working_directory(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_sync_names("file-of-this-directory"));
@@ -203,6 +215,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_new_file_is_written_by_its_owner_only);
+    RUN_TEST(a_link_replaces_an_earlier_link_but_no_file);
     RUN_TEST(a_name_without_a_directory_is_in_the_working_directory);
     RUN_TEST(secrets_are_readable_by_their_owner_only);
     RUN_TEST(a_full_disk_is_reported_as_a_status);

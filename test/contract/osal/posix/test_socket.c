@@ -307,6 +307,11 @@ static void adopted_sockets_do_not_block_and_close_on_exec(void)
     TEST_ASSERT_FALSE(osal_socket_is_open(&c));
     (void)close(ends[0]);
     (void)close(ends[1]);
+    const int other = socket(AF_NETLINK, SOCK_RAW, 0); // A family that no function of osal/socket.h opens.
+    TEST_ASSERT_TRUE(other >= 0);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_socket_adopt(&c, other));
+    TEST_ASSERT_FALSE(osal_socket_is_open(&c));
+    (void)close(other);
 }
 
 static void every_socket_closes_on_exec(void)
