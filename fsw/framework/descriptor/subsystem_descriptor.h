@@ -137,7 +137,7 @@ typedef struct {
 
 typedef struct {
     const char* name; ///< 1..8 characters: the wire id, padded with NUL.
-    uint16_t id;
+    uint16_t id;      ///< Number of the function in its program (generated enum), and detail of failures.
     uint16_t first_argument; ///< Index in `fields`.
     uint16_t argument_count;
     uint32_t memory_size;    ///< sizeof the generated argument structure; 0 without arguments.

@@ -61,7 +61,7 @@ static void prove_any_stream(void)
     size_t taken          = 0U;
     size_t got            = 0U;
     const status_t status = flow_frame_assembler_feed(&assembler, octets, size, &taken, &got);
-    PROVE((status == STATUS_OK) || (status == STATUS_EMPTY), "statuses of the contract");
+    PROVE((status == STATUS_OK) || (status == STATUS_EMPTY), "the status is one of the contract");
     PROVE((taken <= size) && (got <= CAPACITY), "a payload fits the buffer");
     PROVE(IMPLIES(status == STATUS_EMPTY, (taken == size) && (got == 0U)), "without a frame all is taken");
     PROVE(IMPLIES(status == STATUS_OK, taken > 0U), "a frame ends with an octet");

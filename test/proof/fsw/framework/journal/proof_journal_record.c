@@ -102,7 +102,7 @@ static void prove_any_content(void)
         PROVE((position.sequence == (before.sequence + 1U)) && (position.chain == checksum),
               "sequence and chain of the position advance");
     } else {
-        PROVE((status == STATUS_EMPTY) || (status == STATUS_IO), "statuses of the contract");
+        PROVE((status == STATUS_EMPTY) || (status == STATUS_IO), "the status is one of the contract");
         PROVE((position.offset == before.offset) && (position.sequence == before.sequence) &&
                   (position.chain == before.chain),
               "the position does not change");

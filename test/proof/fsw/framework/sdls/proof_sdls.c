@@ -144,7 +144,7 @@ static void prove_next(const uint8_t* const octets)
 {
     const uint32_t number = octets_u32_at(&octets[12]);
     const uint32_t count  = octets_u32_at(&octets[16]);
-    PROVE(octets_u32_at(&octets[8]) == 0U, "the vector has no other number");
+    PROVE(octets_u32_at(&octets[8]) == 0U, "the initialization vector has no other number");
     if (before.is_bound) {
         PROVE((number == before.session) && (count == before.next) && !before.is_spent,
               "the frame has the next number of its connection");

@@ -70,7 +70,7 @@ void proof(void)
     const status_t status = communication_ground_security_next(&security, CLIENT, octets, size, &unit);
     const bool is_refused = (security.refusals[CLIENT] != refusals);
     PROVE((status == STATUS_OK) || (status == STATUS_TRUNCATED) || (status == STATUS_CLOSED),
-          "statuses of the contract");
+          "the status is one of the contract");
     PROVE(unit.taken <= size, "the stream advances inside what was received");
     PROVE(IMPLIES(status == STATUS_OK, unit.taken > 0U), "the stream advances");
     PROVE(IMPLIES(status == STATUS_TRUNCATED, (unit.packet == NULL) && !is_refused),

@@ -44,7 +44,7 @@ void proof(void)
     communication_ground_unit_t unit;
     const status_t status = communication_ground_security_next(&security, client, octets, size, &unit);
     PROVE((status == STATUS_OK) || (status == STATUS_TRUNCATED) || (status == STATUS_CLOSED),
-          "statuses of the contract");
+          "the status is one of the contract");
     if (status == STATUS_OK) {
         PROVE((unit.packet == octets) && (unit.size <= size) && __CPROVER_r_ok(unit.packet, unit.size),
               "a packet is inside what was received");
