@@ -7,6 +7,7 @@
 #define OCTETS 2U // Objects of eight outputs or inputs each.
 #define OCTET_BITS 8U
 #define TIME_NS 10000000U // Unit of the longest time of the outputs.
+#define LONGEST_NS 1e18   // A longer REAL32 is no limit.
 
 struct valve_box {
     node_t* node;
@@ -47,12 +48,23 @@ static void move(valve_box_t* const box, const uint64_t now_ns)
     }
 }
 
+/// Returns the time at which all valves close after a command at `now_ns`; UINT64_MAX: never. The longest
+/// time is an integer or a REAL32; one that is not positive, or is NaN, is none.
+static uint64_t close_time(const object_t* const longest, const uint64_t now_ns)
+{
+    if (object_is_real(longest)) {
+        const double time_ns = object_real(longest) * (double)TIME_NS;
+        return ((time_ns > 0.0) && (time_ns < LONGEST_NS)) ? (now_ns + (uint64_t)time_ns) : UINT64_MAX;
+    }
+    return (longest->value > 0U) ? (now_ns + (longest->value * TIME_NS)) : UINT64_MAX;
+}
+
 static void on_written(void* const context, const object_t* const object, const uint64_t now_ns)
 {
     valve_box_t* box = context;
     if ((object == box->output[0]) || (object == box->output[1]) || (object == box->longest)) {
         box->wanted   = bits_of(box->output);
-        box->close_ns = (box->longest->value > 0U) ? (now_ns + (box->longest->value * TIME_NS)) : UINT64_MAX;
+        box->close_ns = close_time(box->longest, now_ns);
         move(box, now_ns);
     }
 }

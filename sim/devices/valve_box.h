@@ -3,6 +3,7 @@
 /// pressure switch behind it, which is on while the valve is open.
 ///
 /// Outputs are 0x6200:01 and :02. If 0x2100 is not 0, all valves close 0x2100 x 10 ms after the last command.
+/// In valve-timer.eds, 0x2100 is a REAL32.
 /// If the master is lost (RPDO deadline, heartbeat) or the node leaves OPERATIONAL, each output whose bit in
 /// 0x6206 is set gets its bit of 0x6207: by default all valves close. A valve that has opened stays open for
 /// at least its shortest pulse; without power it closes at once.

@@ -42,8 +42,8 @@ def tree(tmp_path):
     return flying.descriptors_copied(tmp_path / "tree")
 
 
-def _fly(root, directory):
-    scenario = flying.write_scenario(directory.with_suffix(".scn"), *LINES)
+def _fly(root, directory, lines=LINES):
+    scenario = flying.write_scenario(directory.with_suffix(".scn"), *lines)
     flight = flying.fly(directory, "--mission", "actuators", "--scenario", scenario, "--form", "image", root=root)
     assert flight.code == 0, flight.transcript()
     return flight
@@ -172,6 +172,27 @@ def test_a_gyro_of_another_maker_with_real_numbers_flies(tree, tmp_path):
     base = runs.load(flight.directory).truth["BASE"]
     true = base["rate_rad_s"][np.searchsorted(base["time_us"], sampled_s * 1e6)].ravel()
     assert true[2] > 8e-3 and rates == pytest.approx(true, abs=6e-5)
+
+
+def test_a_valve_box_of_another_maker_with_a_real_output_flies(tree, tmp_path):
+    """The longest time of the valves is REAL32 in the RPDO: the frames, the database of the bus and the reported parameter have the same number.
+    The unplugged box closes its valves 2.55 ms after its last command, before its RPDO deadline; an integer of 10 ms could not say this."""
+    flying.replace(tree / SUBSYSTEM, ('type="valve-box"', 'type="valve-timer"'))
+    flying.replace(tree / WORLD, ("valve-box.eds", "valve-timer.eds"))
+    longest, unplugged_s = 0.255, 1.8  # In 10 ms.
+    flight = _fly(tree, tmp_path / "run", (*LINES[:4], f"1.5 operator set ACTUATORS.OUTPUT 0,3,{longest}{REST},0,0,0,0,0,0,0",
+                                           "1.7 operator get ACTUATORS.OUTPUT", f"{unplugged_s} fault unplug platform 0x3A", "2.0 operator shutdown"))
+    assert "ACTUATORS: OUTPUT=[0, 3, 0.255, 0" in flight.console
+    last_s, octets = [(float(time), bytes.fromhex(octets)) for time, octets in
+                      re.findall(r"\((\d+\.\d+)\) platform 23A##1([0-9A-F]+)", flight.read("can-platform.log")) if float(time) < unplugged_s][-1]
+    assert struct.unpack("<BBf", octets) == (0, 3, pytest.approx(longest, rel=1e-7))
+    text = dbc.databases(missions.load(tree / MISSION))["platform"]
+    decoded = cantools.database.load_string(text, "dbc").decode_message(0x23A, octets)
+    assert list(decoded.values()) == pytest.approx([0, 3, longest], rel=1e-7)
+    moves = [(valve["name"], bool(valve["is_open"])) for valve in runs.load(flight.directory).truth["VALVE"]]
+    assert moves == [("TURN1", True), ("TURN2", True), ("TURN1", False), ("TURN2", False)]
+    open_s = runs.load(flight.directory).truth["VALVE"][-1]["time_us"] * 1e-6 - last_s
+    assert 10e-3 * longest - 2e-6 < open_s < 10e-3 * longest + 0.6e-3  # Closes at the end of a step of 0.5 ms.
 
 
 def test_another_number_of_axes_flies(tree, tmp_path):

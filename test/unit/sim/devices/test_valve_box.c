@@ -6,10 +6,13 @@
 #include "test/unit/sim/devices/master.h"
 #include "unity.h"
 
+#include <limits.h>
+#include <math.h>
 #include <string.h>
 
 #define ID 0x3AU
 #define SHEET "descriptors/devices/valve-box.eds"
+#define REAL_SHEET "descriptors/devices/valve-timer.eds" // The longest time is a REAL32.
 #define CYCLE_NS 10000000U
 #define PULSE_NS 20000000U // Shortest pulse of output 2.
 
@@ -27,17 +30,22 @@ static void changed(void* context, unsigned output, bool is_open, uint64_t now_n
     changed_ns = now_ns;
 }
 
-void setUp(void)
+static void open_box(const char* const sheet)
 {
     const valve_box_config_t config = {
         .shortest_ns = {[1] = PULSE_NS}, .changed = changed, .context = &master};
     memset(changes, 0, sizeof changes);
     master_open(&master, true);
-    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, valve_box_create(master.bus, SHEET, ID, &config, &box, error),
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, valve_box_create(master.bus, sheet, ID, &config, &box, error),
                                   error);
     node_power_on(valve_box_node(box));
     master_wait(&master, 2U * MASTER_MS);
     master_nmt(&master, 1U, ID);
+}
+
+void setUp(void)
+{
+    open_box(SHEET);
 }
 
 void tearDown(void)
@@ -213,6 +221,43 @@ static void a_data_sheet_of_another_device_is_refused(void)
     TEST_ASSERT_NULL(other);
 }
 
+static void a_longest_time_in_real32_closes_the_valves_to_a_part_of_its_unit(void)
+{
+    static const struct {
+        float longest; // In 10 ms.
+        unsigned open_ms;
+    } rows[] = {{2.5F, 25U},
+                {0.25F, 3U},
+                {0.0F, UINT_MAX},
+                {-1.0F, UINT_MAX},
+                {(float)NAN, UINT_MAX},
+                {1e30F, UINT_MAX},
+                {(float)INFINITY, UINT_MAX}};
+    valve_box_destroy(box);
+    master_close(&master);
+    open_box(REAL_SHEET);
+    for (size_t i = 0U; i < (sizeof rows / sizeof rows[0]); i++) {
+        uint8_t data[6] = {1U, 0U};
+        uint32_t bits   = 0U;
+        (void)memcpy(&bits, &rows[i].longest, sizeof bits);
+        for (unsigned k = 0U; k < 4U; k++) {
+            data[2U + k] = (uint8_t)(bits >> (8U * k));
+        }
+        master_send(&master, 0x200U + ID, data, sizeof data);
+        master_send(&master, 0x080U, NULL, 0U);
+        const uint64_t start_ns = bus_now_ns(master.bus);
+        unsigned open_ms        = UINT_MAX;
+        for (unsigned ms = 1U; (ms <= 40U) && (open_ms == UINT_MAX); ms++) {
+            master_wait(&master, MASTER_MS);
+            valve_box_end_step(box, bus_now_ns(master.bus));
+            open_ms = valve_box_is_open(box, 0U) ? UINT_MAX : ms;
+        }
+        TEST_ASSERT_LESS_OR_EQUAL_UINT64(50U * MASTER_MS, bus_now_ns(master.bus) - start_ns);
+        TEST_ASSERT_UINT_WITHIN_MESSAGE(1U, rows[i].open_ms, open_ms,
+                                        "time for which the valve was open [ms]");
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -225,5 +270,6 @@ int main(void)
     RUN_TEST(leaving_operational_closes_all_valves);
     RUN_TEST(without_power_valves_close_at_once);
     RUN_TEST(a_data_sheet_of_another_device_is_refused);
+    RUN_TEST(a_longest_time_in_real32_closes_the_valves_to_a_part_of_its_unit);
     return UNITY_END();
 }
