@@ -30,7 +30,7 @@ from .station.about import hello
 from .station.geometry import as_lists
 from .station.led_to import LedTo, Reports
 from .station.lights import lights_of
-from .station.own import is_own
+from .station.own_requests import is_own
 from .values import json_of
 
 TRUTH_HZ = 50  # Rows of the truth in a second of the recording.

@@ -9,7 +9,7 @@ from .. import commands
 from ..command import UsageError
 from ..dictionary import STATES, DictionaryError
 from ..session import SessionError
-from .uses import Uses
+from .display_uses import Uses
 
 DISPLAY_STATES = STATES[3:7]  # PRE_OPERATIONAL to ERROR_OPERATIONAL: those with a configuration.
 REPORT_TIMEOUT_S = 1.5  # Time without a report after which the housekeeping is requested again.

@@ -30,7 +30,7 @@ from .forms import Forms
 from .geometry import as_lists
 from .identity import Identity
 from .interfaces import barrier
-from .kept import KeptPackets
+from .kept_packets import KeptPackets
 from .led_to import LedTo
 from .network import Network
 from .silence import Silence

@@ -8,7 +8,7 @@ import pytest
 from hirosco_gse import packets
 from hirosco_gse.command import UsageError
 from hirosco_gse.octets import Layouts
-from hirosco_gse.station.kept import KEPT, KINDS_MAX, OCTETS_MAX, KeptPackets
+from hirosco_gse.station.kept_packets import KEPT, KINDS_MAX, OCTETS_MAX, KeptPackets
 from tm_packets import build_tm
 from visiting import JOYSTICK, MANIPULATOR, TELEPRESENCE, status
 

@@ -10,12 +10,12 @@ import pytest
 from conftest import ROOT
 from hirosco_gse.station import display as display_module
 from hirosco_gse.station import hub as hub_module
-from hirosco_gse.station.uses import Uses
+from hirosco_gse.station.display_uses import Uses
 from visiting import MANIPULATOR, visit
 
 DISPLAY = 4720  # Display structure of MANIPULATOR.
 USE = ("MANIPULATOR", DISPLAY)
-NOTED = "import sys; from hirosco_gse.station.uses import Uses; uses = Uses(sys.argv[1]); uses.note(('A', 1)); uses.note(('B', 2)); uses.note(('A', 1), False); print(flush=True); sys.stdin.read()"
+NOTED = "import sys; from hirosco_gse.station.display_uses import Uses; uses = Uses(sys.argv[1]); uses.note(('A', 1)); uses.note(('B', 2)); uses.note(('A', 1), False); print(flush=True); sys.stdin.read()"
 
 
 def test_the_uses_of_a_killed_station_are_taken_over_once(tmp_path):

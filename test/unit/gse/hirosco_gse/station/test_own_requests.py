@@ -4,7 +4,7 @@
 import pytest
 from hirosco_gse import commands, packets
 from hirosco_gse.dictionary import Dictionary
-from hirosco_gse.station.own import is_own
+from hirosco_gse.station.own_requests import is_own
 
 CLI, WEB, WEB_2 = 1, 3, 4
 OWN = ["status", "hk once SUPERVISOR 1", "tc MANIPULATOR 3,33 n=[4711]", "hk enable MANIPULATOR 4720", "hk disable MANIPULATOR 4720"]
