@@ -174,6 +174,49 @@ def test_the_robot_fits_the_scene_of_every_size(page, size):
     assert 0.3 < widest < 1
 
 
+def test_the_bar_says_that_the_recording_is_incomplete(page):
+    words = "packets.log: 800 of 1761 packets are there, the last at 45.123 s; the log was cut after the flight"
+    slot = "document.querySelector('station-bar .slot strong').textContent"
+    assert page.evaluate(slot) == "No open alarm"
+    page.evaluate("words => { station.replay.about.problems = [words]; station.store.tell('link', station.store.link); }", words)
+    station.until(page, f"{slot} === '{words}'")
+    assert page.get_attribute("station-bar .link-cell svg", "aria-label") == "incomplete recording"
+    page.evaluate("station.replay.about.problems = []; station.store.tell('link', station.store.link)")
+    station.until(page, f"{slot} === 'No open alarm'")
+
+
+def test_the_time_line_has_the_states_before_the_page_was_opened(page):
+    """The station sends them with the present state, which begins no new part."""
+    assert page.evaluate("""() => {
+        const { store } = station, { lanes, time } = store, { state, ...rest } = store.states.get("MANIPULATOR");
+        store.take({ kind: "lanes", lanes: { MANIPULATOR: [[1.5, "PRE_OPERATIONAL"], [4, state]] } });
+        store.take({ ...rest, state, kind: "state", subsystem: "MANIPULATOR", time: null, since: 4 });
+        const found = [store.lanes.get("MANIPULATOR"), state];
+        Object.assign(store, { lanes, time });
+        return found;
+    }""") == [[[1.5, "PRE_OPERATIONAL"], [4, "OPERATIONAL"]], "OPERATIONAL"]
+
+
+def test_an_age_that_is_counted_on_ground_is_the_largest_possible_one(page):
+    """Only a consumer with one link reports the age of its last sample. The other age is that of the last growth of a counter, which is read
+    once a second."""
+    words = "() => document.querySelector('[data-link=HAND_POSITION] .figures-of').textContent"
+    assert "≤" not in page.evaluate(words)
+    told = page.evaluate("""(words) => {
+        const { store } = station, network = document.querySelector("station-network"), { value, now } = store, rows = network.known();
+        Object.assign(rows.get("HAND_POSITION"), { heard: now.call(store) - 0.74 });
+        store.value = (name, leaf) => (leaf === "LINK_AGE" ? undefined : value.call(store, name, leaf));
+        network.known = () => rows;
+        network.drawRows();
+        delete store.value;
+        const found = document.querySelector("[data-link=HAND_POSITION] .figures-of").textContent;
+        delete network.known;
+        network.drawRows();
+        return found;
+    }""")
+    assert "≤ 0.74 s old" in told
+
+
 # Height of the floor, and of the lowest point of the housings, of an arm on z = 0 whose first joint turns about z.
 UPRIGHT = """() => {
     const { scene, store } = station, { hello } = store, pose = (z) => [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, z, 0, 0, 0, 1];
@@ -189,16 +232,6 @@ UPRIGHT = """() => {
 
 
 def test_the_floor_does_not_cross_the_foot_of_an_arm(page):
+    """The last test of this page: the world of another arm clears what the page knows of the flight."""
     floor, lowest = page.evaluate(UPRIGHT)
     assert floor == lowest < -0.05
-
-
-def test_the_bar_says_that_the_recording_is_incomplete(page):
-    words = "packets.log: 800 of 1761 packets are there, the last at 45.123 s; the log was cut after the flight"
-    slot = "document.querySelector('station-bar .slot strong').textContent"
-    assert page.evaluate(slot) == "No open alarm"
-    page.evaluate("words => { station.replay.about.problems = [words]; station.store.tell('link', station.store.link); }", words)
-    station.until(page, f"{slot} === '{words}'")
-    assert page.get_attribute("station-bar .link-cell svg", "aria-label") == "incomplete recording"
-    page.evaluate("station.replay.about.problems = []; station.store.tell('link', station.store.link)")
-    station.until(page, f"{slot} === 'No open alarm'")

@@ -50,6 +50,7 @@ CALLS_MAX = 64  # Commands of pages that are under way at the same time.
 KEPT_EVENTS = 10_000  # Events that the station stores.
 KEPT_COMMANDS = 500  # Commands that the station stores.
 SHOWN = 200  # Events and commands in a snapshot.
+KEPT_STATES = 2000  # Changes of the state of a subsystem that the station stores.
 
 
 class Hub:
@@ -85,6 +86,7 @@ class Hub:
         self.commands = collections.deque(maxlen=KEPT_COMMANDS)
         self.events = collections.deque(maxlen=KEPT_EVENTS)
         self.housekeeping, self.states = {}, {}
+        self.lanes = {}  # subsystem -> its states so far: [mission time in s, state], for the time line of a page that is opened later
         if self.display:
             self.display.close()
         self.network, self.display = Network(self), display.Display(self, flight and flight[0])
@@ -453,6 +455,8 @@ class Hub:
             "targets": self._targets(subsystem),
         }
         self.states[subsystem] = message
+        if old.get("state") != message["state"]:
+            self.lanes.setdefault(subsystem, collections.deque(maxlen=KEPT_STATES)).append([self.seconds, message["state"]])
         self.publish(message)
 
     def _targets(self, name):
@@ -545,6 +549,7 @@ class Hub:
         if self.dictionary is None:
             return [self.link]
         found = [self.hello(), self.link, self.pace, self.hand, {"kind": "mode", "mode": self.session.mode}]
+        found.append({"kind": "lanes", "lanes": {name: list(lane) for name, lane in self.lanes.items()}})
         found += self.states.values()
         found += self.housekeeping.values()
         found += itertools.islice(self.events, max(0, len(self.events) - SHOWN), None)

@@ -385,8 +385,8 @@ class Network extends HTMLElement {
     );
   }
 
-  // Age of the last sample of a link [s]: reported by the consumer if this is its only link, otherwise the
-  // time since the number of its samples last grew.
+  // Age of the last sample of a link [s], and whether it may be less: it is reported by the consumer if this
+  // is its only link, otherwise it is the time since the number of its samples last grew.
   age(link, row) {
     const rows = this.known();
     const incoming = store.hello.links.filter(
@@ -394,8 +394,10 @@ class Network extends HTMLElement {
     );
     const said = incoming.length === 1 ? store.value(link.consumer, "LINK_AGE")?.[0] : undefined;
     const isDisplayed = store.freshness(link.consumer, store.display(link.consumer)?.id) === "live";
-    if (said !== undefined && isDisplayed) return said / 1e6;
-    return row.heard === undefined || row.heard === null ? null : Math.max(0, store.now() - row.heard);
+    if (said !== undefined && isDisplayed) return [said / 1e6, false];
+    return row.heard === undefined || row.heard === null
+      ? [null]
+      : [Math.max(0, store.now() - row.heard), true];
   }
 
   drawRows() {
@@ -405,7 +407,7 @@ class Network extends HTMLElement {
       const node = this.rows.querySelector(`[data-link="${CSS.escape(link.name)}"]`);
       if (!node) continue;
       const row = rows.get(link.name) ?? { state: "closed" };
-      const since = row.state === "open" ? this.age(link, row) : null;
+      const [since, isMost] = row.state === "open" ? this.age(link, row) : [null];
       const isLate = since !== null && row.rate === 0 && !store.pace.is_paused;
       show(
         node.firstChild,
@@ -423,7 +425,7 @@ class Network extends HTMLElement {
                 ? null
                 : since < 0.1
                   ? `${(since * 1000).toFixed(1)} ms old`
-                  : `${age(since)} old`,
+                  : `${isMost ? "≤ " : ""}${age(since)} old`,
               `${row.lost ?? 0} lost`,
             ]
               .filter(Boolean)

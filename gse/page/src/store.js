@@ -318,6 +318,11 @@ class Store {
     this.links = message.rows;
   }
 
+  // The states before this page was opened.
+  take_lanes(message) {
+    this.lanes = new Map(Object.entries(message.lanes));
+  }
+
   take_state(message) {
     this.advance(message.time);
     const lane = this.lanes.get(message.subsystem) ?? [];

@@ -106,3 +106,19 @@ def test_a_page_gets_the_reports_of_a_command(place):
     found = visit(place, story)["led_to"]
     assert found["count"] == 4 and [title for _, title, _ in found["rows"]] == ["TM[1,1]", "TM[1,3]", "TM[17,2]", "TM[1,7]"]
     assert found["rows"][2][2] == "MANIPULATOR: alive"
+
+
+def test_a_page_that_is_opened_later_gets_the_states_so_far(place):
+    """The time line of the page begins with the flight; a state that is reported again is no change."""
+
+    async def story(_, station):
+        hub = station.hub
+        for hub.seconds, state in ((4.0, "PRE_OPERATIONAL"), (5.0, "PRE_OPERATIONAL"), (7.5, "SAFE_OPERATIONAL")):
+            hub._publish_state("MANIPULATOR", {"state": state, "phase": 0, "configuration": None}, hub.seconds)
+        return hub.snapshot()
+
+    messages = visit(place, story)
+    kinds = [message["kind"] for message in messages]
+    lanes = messages[kinds.index("lanes")]["lanes"]["MANIPULATOR"]
+    assert lanes[-2:] == [[4.0, "PRE_OPERATIONAL"], [7.5, "SAFE_OPERATIONAL"]]
+    assert kinds.index("lanes") < kinds.index("state")  # Otherwise the page would begin a lane with the present state.
