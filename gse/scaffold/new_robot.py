@@ -71,8 +71,8 @@ LOAD_MAX = 0.5  # Largest share of the torque of a joint that carries the arm in
 
 
 def text(values):
-    """Numbers as words of a descriptor, whose last digit must not be below 1e-22: a turn of 180 degrees leaves values of 1e-16."""
-    return " ".join(f"{round(value, 22):.10g}" for value in values)
+    """Numbers as words of a descriptor, whose last digit must not be below 1e-22: a turn of 180 degrees leaves values of 1e-16. -0 becomes 0."""
+    return " ".join(f"{round(value, 22) + 0.0:.10g}" for value in values)
 
 
 def hexadecimal(value, digits):
@@ -144,7 +144,7 @@ def start_pose(robot, base="fixed"):
         for joint in robot.joints:
             middle, half = (joint.lower + joint.upper) / 2.0, (joint.upper - joint.lower) / 2.0
             reach = 0.8 * half if joint.is_prismatic else min(0.5 * math.pi, 0.8 * half)
-            yield round(middle + generator.uniform(-1.0, 1.0) * reach, 2)
+            yield round(middle + generator.uniform(-1.0, 1.0) * reach, 2) + 0.0
 
     def load(angles):
         return load_in_motion(robot, angles, base)
@@ -233,7 +233,7 @@ def world(robot, names, start, base, place=ALONE):
         "robot": place.robot,
         "state": place.state,
         "gravity": text(GRAVITY[base]),
-        "start": " ".join(f'{joint.name}="{angle:.10g}"' for joint, angle in zip(robot.joints, start)),
+        "start": " ".join(f'{joint.name}="{angle + 0.0:.10g}"' for joint, angle in zip(robot.joints, start)),
         "drive_types": "\n".join(f'  <DriveType name="{name}" {rest}' for rest, name in types.items()),
         "drives": "\n".join(drives),
     }
@@ -425,7 +425,7 @@ def scenario(robot, names, start, base="fixed"):
     goal = [tool[0][0], tool[0][1], tool[0][2] + rise_of(robot, share or 0.0)]
     outside = [robot.joints[0].upper + 1.0, *start[1:]]
     partly = [angles[i % 2] for i, angles in enumerate(zip(away, start))]
-    at = {key: ",".join(f"{value:.6g}" for value in values) for key, values in
+    at = {key: ",".join(f"{value + 0.0:.6g}" for value in values) for key, values in
           {"away": away, "partly": partly, "start": start, "rotation": rotation, "tool": tool[0], "goal": goal,
            "outside": outside}.items()}
     name, lines, time = names["NAME"], [], 0.2

@@ -305,6 +305,17 @@ def test_every_number_of_a_descriptor_is_one_that_its_readers_accept(read):
         assert found == pytest.approx(values, rel=1e-9, abs=1e-22)
 
 
+def test_zero_has_no_sign_in_the_files_of_a_robot(tmp_path, read):
+    """An axis against y, and a start pose of -0 rad, have zeros with a sign."""
+    against = [part.replace('<axis xyz="0 1 0"/>', '<axis xyz="-0 -1 0"/>') for part in ARM]
+    assert against != list(ARM)
+    read(*against)
+    files = new_robot.plan(tmp_path / "robot.urdf", "against", None, "-0", None)[0]
+    made = [text for path, text in files.items() if path.suffix in (".xml", ".scn")]
+    assert len(made) >= 3 and not [line for text in made for line in text.splitlines() if re.search(r'(?<![\w.])-0(?![\w.])', line)]
+    assert new_robot.text([-0.0, -4e-23, -1.0]) == "0 0 -1"
+
+
 def test_a_robot_that_cannot_carry_itself_is_refused(read):
     """The arm is horizontal about y in each pose of its range: 1 kg at 0.1 m needs 1 Nm."""
     weak = [part.replace('effort="50"', 'effort="1"').replace('lower="-1" upper="2"', 'lower="-0.1" upper="0.1"') for part in ARM]
