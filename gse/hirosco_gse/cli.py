@@ -20,7 +20,7 @@ from .colours import coloured
 from .commands import UsageError
 from .dictionary import STATES, Dictionary, DictionaryError
 from .files import next_step
-from .place import DEFAULT_PORT, LATEST, LOOPBACK, ROOT, FACTS, FactMissing, Place, fact, facts_of
+from .run_directory import DEFAULT_PORT, LATEST, LOOPBACK, ROOT, FACTS, FactMissing, Place, fact, facts_of
 from .script import Script, ScriptError, ScriptFailure, link_entry
 from .session import LinkLost, SessionError, TimedOut
 from .shell import Shell

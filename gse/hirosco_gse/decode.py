@@ -13,7 +13,7 @@ import struct
 import sys
 
 from . import frames, large, packet_log, packets, telecommands, telemetry
-from .place import facts_of
+from .run_directory import facts_of
 from .values import bits_of, quoted
 
 CANDUMP = re.compile(r"\((\d+\.\d+)\) (\S+) ([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})(?:#R\d?|#((?:[0-9A-Fa-f]{2})*)|##[0-9A-Fa-f]((?:[0-9A-Fa-f]{2})*))(?: [RT])?\s*")

@@ -8,7 +8,7 @@ import math
 import pathlib
 import re
 
-from .place import ROOT
+from .run_directory import ROOT
 from .values import quoted
 
 RELATIONS = ("<", "<=", ">=")

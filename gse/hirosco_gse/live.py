@@ -9,7 +9,7 @@ import time
 
 from . import visits
 from .link import LinkLost
-from .place import port_in
+from .run_directory import port_in
 from .session import SessionError
 
 ANSWER_S = 5.0  # Longest wait for an answer.

@@ -16,7 +16,7 @@ from . import run as runs
 from . import truth as truth_log
 from .dictionary import STATES
 from .files import write_whole
-from .place import problem_of
+from .run_directory import problem_of
 from .values import Word, json_of
 
 ROS = {"f": "float64", "u1": "uint8", "b": "bool", "u4": "uint32"}

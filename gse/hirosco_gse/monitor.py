@@ -17,7 +17,7 @@ from textual.widgets import DataTable, Input, RichLog, Static
 
 from . import completion, values
 from .command import UsageError, words_of
-from .place import FACTS, end_of
+from .run_directory import FACTS, end_of
 from .station.hub import Hub
 from .station.lights import LIGHTS
 

@@ -13,7 +13,7 @@ which returns the run directory; a conftest.py may import both fixtures instead 
 
 import pytest
 
-from .place import LATEST
+from .run_directory import LATEST
 from .spacecraft import Spacecraft
 
 CONNECT_TIMEOUT_S = 10.0  # a test may be started together with the mission

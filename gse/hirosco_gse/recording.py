@@ -24,7 +24,7 @@ from . import truth as truth_log
 from .dictionary import STATES
 from .failures import FINAL_SUBTYPES, name_of
 from .files import next_step
-from .place import problem_of
+from .run_directory import problem_of
 from .sentences import told
 from .station.about import hello
 from .station.geometry import as_lists

@@ -32,7 +32,7 @@ from . import __version__, arm_figures, figures, recording
 from . import run as runs
 from .figure_bounds import BoundsError, path_of
 from .files import next_step, write_whole
-from .place import ROOT, facts_of, is_under_way, problem_of
+from .run_directory import ROOT, facts_of, is_under_way, problem_of
 from .values import json_of
 
 LOGS = ("packets.log", "packets.db", "can-*.log", "truth.lcm")

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from generator import sheet
 
-from . import logs, packet_log, place, process_data, telemetry
+from . import logs, packet_log, process_data, run_directory, telemetry
 from . import truth as truth_log
 from . import world as worlds
 from .dictionary import Dictionary, DictionaryError
@@ -108,7 +108,7 @@ class Run:
     def __init__(self, directory, dictionary=None, has_buses=True):
         """has_buses False: do not read the frames of the buses, which takes the longest."""
         self.directory = pathlib.Path(directory)
-        self.facts, problem = place.facts_of(self.directory)
+        self.facts, problem = run_directory.facts_of(self.directory)
         self.problems = [problem] if problem else []
         self.buses = self._read_buses(dictionary) if has_buses else {}
         self.packets = self._read(packet_log.read_packets, "packets.log") or []
@@ -262,13 +262,13 @@ class Run:
 
 def mission_of(directory, facts):
     """Name of the mission flown, from run.json or, while the run has not ended, from the launcher's file."""
-    return str(facts.get("mission") or place.mission_of(directory))
+    return str(facts.get("mission") or run_directory.mission_of(directory))
 
 
 def load(directory, dictionary_path=None, has_buses=True):
     """Run of a directory, with the dictionary if there is one."""
     dictionary, problem = None, None
-    facts, _ = place.facts_of(directory)
+    facts, _ = run_directory.facts_of(directory)
     path = dictionary_path or ROOT / "build" / "generated" / f"{mission_of(pathlib.Path(directory), facts)}.json"
     try:
         dictionary = Dictionary.load(path)

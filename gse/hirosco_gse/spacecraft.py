@@ -34,7 +34,7 @@ import math
 from . import commands, link, live, sdls, telemetry
 from .command import words_of
 from .dictionary import Dictionary
-from .place import LOOPBACK, Place, compare_classes
+from .run_directory import LOOPBACK, Place, compare_classes
 from .session import GROUND_USER, LinkLost, Request, Session, TimedOut
 
 TIMEOUT_S = 20.0

@@ -28,7 +28,7 @@ GENERATED = ROOT / "build" / "generated"
 sys.path.insert(0, str(ROOT / "gse"))
 
 from hirosco_gse import packets
-from hirosco_gse.place import LATEST, LOOPBACK, Place, mission_of
+from hirosco_gse.run_directory import LATEST, LOOPBACK, Place, mission_of
 
 USER, STATUS_TC, STATUS_TM = "YAMCS", (129, 4), (129, 5)
 ANSWER_S = 3.0  # Longest wait for the answers to TC[129,4].

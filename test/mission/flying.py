@@ -31,7 +31,7 @@ ERROR_TO_OFFLINE = [6, 7, 8, 9, 0]  # ERROR_OPERATIONAL, POST_OPERATIONAL, HARDW
 
 sys.path.insert(0, str(ROOT / "gse"))
 
-from hirosco_gse import place  # noqa: E402
+from hirosco_gse import run_directory  # noqa: E402
 
 
 @dataclass
@@ -231,7 +231,7 @@ def refuse(*words, root=ROOT):
 def gse_words(flight):
     """The command line of the ground segment for this flight. Without the dictionary it would be that of the flight in runs/latest, which
     may be of another mission."""
-    return [sys.executable, str(ROOT / "gse" / "gse"), "--port", str(flight.port()), "--dictionary", str(place.default_dictionary(flight.directory))]
+    return [sys.executable, str(ROOT / "gse" / "gse"), "--port", str(flight.port()), "--dictionary", str(run_directory.default_dictionary(flight.directory))]
 
 
 def gse(flight, *words, timeout=FLIGHT_LIMIT_S):

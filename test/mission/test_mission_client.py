@@ -11,12 +11,12 @@ import flying
 import pytest
 from hirosco_gse import decode
 from hirosco_gse.dictionary import Dictionary
-from hirosco_gse.place import default_dictionary
+from hirosco_gse.run_directory import default_dictionary
 
 README = flying.ROOT / "gse" / "README.md"
 # The example uses the flight in runs/latest, which belongs to the user of this tree; the prelude selects
 # another directory.
-PRELUDE = "import pathlib, sys\nfrom hirosco_gse import place\nplace.LATEST = pathlib.Path(sys.argv[1])\n"
+PRELUDE = "import pathlib, sys\nfrom hirosco_gse import run_directory\nrun_directory.LATEST = pathlib.Path(sys.argv[1])\n"
 
 
 def example():

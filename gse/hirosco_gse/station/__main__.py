@@ -17,7 +17,7 @@ import subprocess
 import sys
 
 from ..files import next_step
-from ..place import LOOPBACK, ROOT, facts_of, is_under_way, problem_of
+from ..run_directory import LOOPBACK, ROOT, facts_of, is_under_way, problem_of
 from ..values import TEXT_MAX, quoted, shortened, with_short_words
 
 PORT = 8090  # First port that is tried for the page.

@@ -3,7 +3,7 @@
 
 from .. import commands, live
 from ..dictionary import STATES, unit_of, words_of
-from ..place import scenario_of
+from ..run_directory import scenario_of
 from ..usage import CONSOLE
 
 

@@ -5,7 +5,7 @@ parent (hirosco_gse.world) as 16 numbers, row by row."""
 import base64
 import math
 
-from ..place import ROOT
+from ..run_directory import ROOT
 
 SHEETS = ROOT / "descriptors" / "devices"
 BRAKE = "ParameterName=Holding brake state"

@@ -19,7 +19,7 @@ from ..async_link import AsyncLink
 from ..command import UsageError, words_of
 from ..dictionary import SUPERVISOR_APID, Dictionary, DictionaryError
 from ..files import MACHINE, PageFiles
-from ..place import CLASSES, LOOPBACK, Place, compare_classes, end_of, world_of
+from ..run_directory import CLASSES, LOOPBACK, Place, compare_classes, end_of, world_of
 from ..sentences import told
 from ..session import LinkLost, Rejected, RequestLost, SessionError, TimedOut
 from ..values import quoted
@@ -60,7 +60,7 @@ class Hub:
 
     def __init__(self, run, publish, user=None, is_read_only=False, files=MACHINE, **given):
         """user: id in the packets, None: a WEB user that no other station has; is_read_only: the pages show that they
-        cannot send commands; files: those on ground that commands may use (files.py); given: arguments of place.Place.of that replace
+        cannot send commands; files: those on ground that commands may use (files.py); given: arguments of run_directory.Place.of that replace
         the values of the run directory."""
         self.run, self.publish = pathlib.Path(run), publish
         self._user, self._given, self.is_read_only, self._files = user, given, is_read_only, files

@@ -10,7 +10,7 @@ import time
 from .. import live
 from ..frames import Database, DatabaseError
 from ..link import LinkLost, words_of
-from ..place import ROOT
+from ..run_directory import ROOT
 from ..values import bits_of
 from .bus_tap import BusTap
 

@@ -13,7 +13,7 @@ sys.path[:0] = [str(ROOT / "gse"), str(ROOT / "test" / "support")]
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 
 import synthetic
-from hirosco_gse import place as place_module
+from hirosco_gse import run_directory
 from hirosco_gse.dictionary import Dictionary
 from spacecraft import Spacecraft
 from visiting import answer, begin
@@ -65,7 +65,7 @@ def spacecraft():
 @pytest.fixture
 def place(tmp_path, spacecraft, dictionary_path, monkeypatch):
     """Directory of the flights, in which `latest` is a link to the flight `first`, and of the station's page."""
-    monkeypatch.setattr(place_module, "default_dictionary", lambda run: dictionary_path)
+    monkeypatch.setattr(run_directory, "default_dictionary", lambda run: dictionary_path)
     begin(tmp_path, "first", spacecraft.port)
     (tmp_path / "page").mkdir()
     (tmp_path / "page" / "index.html").write_text("<title>page</title>")

@@ -13,7 +13,7 @@ from hirosco_gse import arm_figures, figure_bounds, figures, report, telecommand
 from hirosco_gse import run as runs
 from hirosco_gse.dictionary import Dictionary
 from hirosco_gse.figures_common import Missing
-from hirosco_gse.place import ROOT
+from hirosco_gse.run_directory import ROOT
 
 sys.path.insert(0, str(ROOT / "gse" / "scaffold"))
 

@@ -6,7 +6,7 @@ import json
 import pytest
 from hirosco_gse import arm_figures, figure_bounds, figures, report
 from hirosco_gse import run as runs
-from hirosco_gse.place import ROOT
+from hirosco_gse.run_directory import ROOT
 from hirosco_gse.script import Script, ScriptError
 
 

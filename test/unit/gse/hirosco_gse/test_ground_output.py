@@ -11,7 +11,7 @@ import sys
 import pytest
 from hirosco_gse import cli, files, live
 from hirosco_gse.cli import main
-from hirosco_gse.place import Place
+from hirosco_gse.run_directory import Place
 from hirosco_gse.session import LinkLost, Session
 from hirosco_gse.shell import Shell
 from hirosco_gse.spacecraft import Spacecraft as Client

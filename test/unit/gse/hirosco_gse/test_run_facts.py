@@ -18,7 +18,7 @@ from conftest import ROOT
 from hirosco_gse import cli, figures, mcap_export, recording, report
 from hirosco_gse import run as runs
 from hirosco_gse.cli import main
-from hirosco_gse.place import end_of, facts_of
+from hirosco_gse.run_directory import end_of, facts_of
 from hirosco_gse.station import __main__ as station_main
 from hirosco_gse.station import server
 

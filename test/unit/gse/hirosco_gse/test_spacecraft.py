@@ -253,8 +253,8 @@ def test_users_write_tests_with_the_fixture(pytester, dictionary_path):
     (run / "ground.port").write_text(str(simulated.port), encoding="ascii")
     pytester.makepyfile(f"""
         import pytest
-        from hirosco_gse import place
-        place.default_dictionary = lambda run: {str(dictionary_path)!r}
+        from hirosco_gse import run_directory
+        run_directory.default_dictionary = lambda run: {str(dictionary_path)!r}
 
         def test_one(spacecraft):
             spacecraft.cmd("MANIPULATOR.TARE")

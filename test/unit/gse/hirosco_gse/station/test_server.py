@@ -15,7 +15,7 @@ from aiohttp import ClientSession, WSServerHandshakeError, web
 from conftest import ROOT
 from hirosco_gse import commands, telemetry
 from hirosco_gse import dictionary as dictionary_module
-from hirosco_gse import place as place_module
+from hirosco_gse import run_directory
 from hirosco_gse.cli import main
 from hirosco_gse.command import Command
 from hirosco_gse.dictionary import STATES
@@ -574,7 +574,7 @@ def test_a_run_is_replayed_by_the_command_line(flight_directory, tmp_path, monke
 
 
 def test_a_dictionary_that_cannot_be_read_is_named(place, monkeypatch):
-    monkeypatch.setattr(place_module, "default_dictionary", lambda run: place / "none.json")
+    monkeypatch.setattr(run_directory, "default_dictionary", lambda run: place / "none.json")
 
     async def run():
         async with station_of(place) as (_, address), ClientSession() as session:

@@ -13,7 +13,7 @@ import sys
 import pytest
 from conftest import ROOT
 from hirosco_gse import live
-from hirosco_gse import place as place_module
+from hirosco_gse import run_directory
 from hirosco_gse.session import LinkLost, TimedOut
 from hirosco_gse.station import hub as hub_module
 from hirosco_gse.station import network as network_module
@@ -330,15 +330,15 @@ def test_rows_of_the_true_state_are_no_answers(tmp_path):
 
 def test_the_world_is_that_of_the_flight(tmp_path):
     (tmp_path / "ground.mission").write_text("rokviss\n")
-    assert place_module.world_of(tmp_path).name == "rokviss.xml"
-    assert place_module.scenario_of(tmp_path) == ""
+    assert run_directory.world_of(tmp_path).name == "rokviss.xml"
+    assert run_directory.scenario_of(tmp_path) == ""
     for name in ("telepresence", "none", "own/telepresence.scn"):
         (tmp_path / "ground.scenario").write_text(f"{name}\n")
-        assert place_module.scenario_of(tmp_path) == pathlib.Path(name).stem
+        assert run_directory.scenario_of(tmp_path) == pathlib.Path(name).stem
     (tmp_path / "ground.world").write_text("rokviss-20bit\n")
-    assert place_module.world_of(tmp_path).name == "rokviss-20bit.xml" and place_module.world_of(tmp_path).exists()
+    assert run_directory.world_of(tmp_path).name == "rokviss-20bit.xml" and run_directory.world_of(tmp_path).exists()
     (tmp_path / "ground.world").write_text(f"{tmp_path}/own.xml\n")
-    assert place_module.world_of(tmp_path) == tmp_path / "own.xml"
+    assert run_directory.world_of(tmp_path) == tmp_path / "own.xml"
 
 
 def links_answer(received):
