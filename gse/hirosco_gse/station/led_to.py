@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The reports that each telecommand led to, for the list of commands.
 
-They are its verification reports and, until its verification ends, of the subsystem that performs it: the reports of its service, except
-periodic ones, and the events. A report to one user belongs to the first open telecommand of that user that it can answer."""
+They are its verification reports and, until its verification ends or has not begun in time, of the subsystem that performs it: the reports
+of its service, except periodic ones, and the events.
+A report to one user belongs to the first open telecommand of that user that it can answer."""
 
 from ..failures import FINAL_SUBTYPES
 from ..sentences import told
@@ -14,6 +15,7 @@ PERIODIC = {(3, 25), (3, 26), (129, 5)}  # Sent to all users: not the answer to 
 EVENTS = {(5, 1), (5, 2), (5, 3), (5, 4)}
 LISTED_MAX = 40  # Reports of a command that are listed; others are only counted.
 WORDS_MAX = 200  # Characters about a report.
+UNHEARD_S = 60.0  # Mission time after which a telecommand without any verification report gets no more reports.
 
 
 class Reports:
@@ -37,6 +39,11 @@ class _Sent:
 
     def __init__(self, request, user, answer, reports):
         self.apid, self.service, self.user, self.answer, self.reports = request.apid, request.service, user, answer, reports
+        self.since, self.is_heard = None, False  # Mission time of the first report after it; whether a report has verified it.
+
+    def is_lost(self, seconds):
+        self.since = seconds if self.since is None else self.since
+        return not self.is_heard and seconds - self.since > UNHEARD_S
 
 
 class LedTo:
@@ -56,6 +63,7 @@ class LedTo:
 
     def take(self, seconds, packet, decoded):
         """A report has arrived."""
+        self._open = {key: sent for key, sent in self._open.items() if not sent.is_lost(seconds)}
         found = self._verified(packet, decoded) if packet.service == 1 else self._led(packet)
         for reports in {id(sent.reports): sent.reports for sent in found}.values():
             reports.add([round(seconds, 4), packet.title, shortened(self._words(packet, decoded), WORDS_MAX)])
@@ -63,6 +71,8 @@ class LedTo:
     def _verified(self, packet, decoded):
         request_id = bytes(packet.data[:4])
         sent = self._open.get(request_id)
+        if sent:
+            sent.is_heard = True
         if packet.subtype in FINAL_SUBTYPES and not (packet.subtype == 4 and decoded.get("instruction")):
             self._open.pop(request_id, None)
         return [sent] if sent else []

@@ -5,7 +5,7 @@ import struct
 
 import pytest
 from hirosco_gse import commands, packets, telemetry
-from hirosco_gse.station.led_to import ALL_USERS, LISTED_MAX, LedTo, Reports
+from hirosco_gse.station.led_to import ALL_USERS, LISTED_MAX, UNHEARD_S, LedTo, Reports
 from tm_packets import build_tm
 from visiting import JOYSTICK, MANIPULATOR, TELEPRESENCE, status, visit
 
@@ -27,9 +27,9 @@ class Flight:
         self.led_to.sent(packet, packet.request_id, user, reports := Reports())
         return packet, reports
 
-    def report(self, service, subtype, data=b"", apid=MANIPULATOR, user=ALL_USERS):
+    def report(self, service, subtype, data=b"", apid=MANIPULATOR, user=ALL_USERS, seconds=2.0):
         packet = packets.parse(build_tm(apid, 0, service, subtype, data, user))
-        self.led_to.take(2.0, packet, telemetry.decode(packet, self.dictionary))
+        self.led_to.take(seconds, packet, telemetry.decode(packet, self.dictionary))
 
     def verify(self, packet, *subtypes):
         for subtype in subtypes:
@@ -96,6 +96,16 @@ def test_reports_beyond_the_listed_ones_are_counted_and_none_follows_a_lost_link
     flight.verify(wanted, 7)
     found = reports.message()["led_to"]
     assert found["count"] == LISTED_MAX + 2 and len(found["rows"]) == LISTED_MAX
+
+
+def test_a_telecommand_that_is_never_verified_gets_no_reports_for_ever(flight):
+    """One whose verification has begun may take longer."""
+    _, of_lost = flight.send("state MANIPULATOR SAFE_OPERATIONAL")
+    begun, of_begun = flight.send("state MANIPULATOR SAFE_OPERATIONAL")
+    flight.verify(begun, 1)
+    for seconds in (2.0 + UNHEARD_S, 3.0 + UNHEARD_S):
+        flight.report(129, 2, TRANSITION, seconds=seconds)
+    assert (len(titles(of_begun)), len(titles(of_lost))) == (2, 1)  # The older telecommand gets the report until it is given up.
 
 
 def test_a_page_gets_the_reports_of_a_command(place):
