@@ -220,6 +220,8 @@ class _Console:
 
     def permissions(self):
         """Print the permitted requests of the mission descriptor."""
+        if self.arguments.words:
+            raise UsageError("usage: permissions")
         rules = self.spacecraft().dictionary.permissions
         rows = [(f"TC[{rule['service']},{rule['subtype']}]", rule["select"], f"to {rule['to']}", " ".join(rule["modes"]),
                  "any state" if len(rule["states"]) == len(STATES) else " ".join(rule["states"])) for rule in rules]

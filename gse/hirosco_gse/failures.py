@@ -50,6 +50,16 @@ def _parameter(detail, dictionary):
     return parameter.name if parameter else f"0x{detail:08X}"
 
 
+def _identifier(detail, dictionary):
+    """A parameter id as its name, the four characters of a packet store or procedure as text, another identifier as a number."""
+    subsystem = dictionary.subsystem_of_apid(detail >> 21)
+    parameter = subsystem.parameter_of_id(detail) if subsystem else None
+    if parameter:
+        return f"{subsystem.name}.{parameter.name}"
+    text = detail.to_bytes(4, "big").rstrip(b"\0").decode("latin-1")
+    return f"'{text}'" if detail >> 24 and text.isascii() and text.isprintable() else str(detail)
+
+
 def _explain(code, detail, dictionary, apid):
     """Words for a failure code and its detail, from pus/catalogue/failures.txt or the sender's descriptor."""
     sender = dictionary.subsystem_of_apid(apid)
@@ -73,6 +83,7 @@ def _explain(code, detail, dictionary, apid):
         reason=name_of(LINK_REASONS, detail >> 8),
         link=_link(detail, dictionary),
         parameter=_parameter(detail, dictionary),
+        identifier=_identifier(detail, dictionary),
     )
     return f"{what}{'' if more.startswith(':') or not more else ' '}{more}"
 

@@ -410,6 +410,8 @@ def test_permissions_need_no_link(dictionary_path, capsys):
     assert main(["--dictionary", str(dictionary_path), "permissions"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert any("MOVE_TO" in line for line in lines) and len({re.search(r"  to ", line).start() for line in lines}) == 1  # One column.
+    assert main(["--dictionary", str(dictionary_path), "permissions", "MANIPULATOR"]) == 2
+    assert capsys.readouterr().err == "gse: usage: permissions\n"
 
 
 @pytest.mark.parametrize("program", [[sys.executable, "gse/gse"], [sys.executable, "-m", "gse"], ["gse/gse"]])

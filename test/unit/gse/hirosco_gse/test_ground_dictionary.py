@@ -178,6 +178,11 @@ def test_every_truncation_is_an_error_and_no_exception(dictionary):
         (0x0106, 3 << 8 | 99, r"\[3,99\]"),
         (0x0408, 17, "JOYSTICK"),
         (0x0409, 1 << 8 | 1, "layout"),
+        (0x0201, 35192839, r"unknown: MANIPULATOR\.TORQUE_LIMIT \["),
+        (0x0201, 0x41424344, r"unknown: 'ABCD' \["),
+        (0x0201, 0x31000000, r"unknown: '1' \["),
+        (0x0202, 4720, r"already: 4720 \["),
+        (0x0201, 0x010A0000, r"unknown: 17432576 \["),
         (0x7777, 5, "not in the dictionary"),
     ],
 )
