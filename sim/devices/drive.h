@@ -51,7 +51,7 @@ node_t* drive_node(drive_t* drive);
 
 /// Returns the torque of the motor on the joint side for one substep, from the motor's position and velocity.
 double drive_regulate(drive_t* drive, double position_rad, double velocity_rad_s);
-/// Called after a plant step that ended at `now_ns`: checks end of ramps, following error and sensor range.
+/// Called after a plant step that ended at `now_ns`: checks homing, limits, following error and end of ramps.
 void drive_end_step(drive_t* drive, uint64_t now_ns);
 bool drive_brake_is_engaged(const drive_t* drive);
 uint16_t drive_statusword(const drive_t* drive);
