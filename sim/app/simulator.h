@@ -22,7 +22,7 @@
 #define SIMULATOR_ERROR_MAX 512U
 
 #define SIMULATOR_BUSES_MAX 8U
-/// Longest wait for a tool in lock-step [s of wall-clock time]; the launcher must wait longer.
+/// Longest wait for the tools in lock-step in one step [s of wall-clock time]; the launcher must wait longer.
 #define SIMULATOR_TOOL_TIMEOUT_S 20U
 
 typedef struct {

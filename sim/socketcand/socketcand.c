@@ -321,37 +321,54 @@ static bool is_done(const client_t* const client)
 /// Wait until the client has finished the step. Returns false if it was dropped at the deadline.
 static bool await_client(client_t* const client, const uint64_t deadline_ns)
 {
-    while (!is_done(client)) {
+    for (;;) {
+        send_to(client);
+        // Also after the deadline: the client may have finished the step while another one was awaited.
+        receive_from(client);
+        if (is_done(client)) {
+            return true;
+        }
         const uint64_t now_ns = osal_clock_monotonic_ns();
         if (now_ns >= deadline_ns) {
             drop_client(client);
             return false;
         }
-        send_to(client);
-        if (client->is_used) {
-            const status_t status = osal_socket_wait_readable(
-                &client->socket, (uint32_t)((deadline_ns - now_ns) / NS_PER_MS) + 1U);
-            (void)status; // A timeout is detected at the beginning of the loop.
-            receive_from(client);
-        }
+        const status_t status =
+            osal_socket_wait_readable(&client->socket, (uint32_t)((deadline_ns - now_ns) / NS_PER_MS) + 1U);
+        (void)status; // A timeout is detected in the next round.
     }
-    return true;
+}
+
+/// True if this step is one after which the server waits for the client.
+static bool is_due(const socketcand_t* const server, const client_t* const client)
+{
+    return client->is_used && (client->step_every > 0U) && ((server->steps % client->step_every) == 0U);
 }
 
 unsigned socketcand_end_step(socketcand_t* const server, const uint64_t now_ns, const uint32_t timeout_ms)
 {
-    unsigned dropped = 0U;
-    server->steps++;
+    bool is_awaited[SOCKETCAND_CLIENTS_MAX] = {false};
+    unsigned dropped                        = 0U;
     char text[SOCKETCAND_MESSAGE_MAX];
+    server->steps++;
+    if (server->client_count == 0U) {
+        return 0U;
+    }
     (void)snprintf(text, sizeof text, "< step %" PRIu64 ".%06" PRIu64 " >", now_ns / NS_PER_S,
                    (now_ns % NS_PER_S) / NS_PER_US);
-    for (unsigned i = 0U; (server->client_count != 0U) && (i < SOCKETCAND_CLIENTS_MAX); i++) {
+    for (unsigned i = 0U; i < SOCKETCAND_CLIENTS_MAX; i++) {
         client_t* client = &server->client[i];
-        if (client->is_used && (client->step_every > 0U) && ((server->steps % client->step_every) == 0U)) {
+        is_awaited[i]    = is_due(server, client);
+        if (is_awaited[i]) {
             client->steps_unfinished++;
             reply(client, text);
-            const uint64_t deadline_ns = osal_clock_monotonic_ns() + (timeout_ms * (uint64_t)NS_PER_MS);
-            dropped += await_client(client, deadline_ns) ? 0U : 1U;
+            send_to(client); // All clients work on the step at the same time.
+        }
+    }
+    const uint64_t deadline_ns = osal_clock_monotonic_ns() + (timeout_ms * (uint64_t)NS_PER_MS);
+    for (unsigned i = 0U; i < SOCKETCAND_CLIENTS_MAX; i++) {
+        if (is_awaited[i] && server->client[i].is_used) {
+            dropped += await_client(&server->client[i], deadline_ns) ? 0U : 1U;
         }
     }
     return dropped;

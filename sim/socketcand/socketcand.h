@@ -45,9 +45,9 @@ uint16_t socketcand_port(const socketcand_t* server);
 unsigned socketcand_receive(socketcand_t* server);
 /// Send the frames that the clients' nodes have received.
 void socketcand_send(socketcand_t* server);
-/// End a step at now_ns: report it to the clients in lock-step, and wait (wall-clock, at most timeout_ms)
-/// until each has finished it. The clients that have not finished it are disconnected. Returns the number of
-/// these clients.
+/// End a step at now_ns: report it to the clients in lock-step, and wait (wall-clock, at most timeout_ms for
+/// all of them together) until each has finished it. The clients that have not finished it are disconnected.
+/// Returns the number of these clients.
 unsigned socketcand_end_step(socketcand_t* server, uint64_t now_ns, uint32_t timeout_ms);
 /// Wait (wall-clock) until a client has sent octets or connects, at most timeout_ms.
 void socketcand_wait(socketcand_t* server, uint32_t timeout_ms);
