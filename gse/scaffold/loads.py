@@ -78,3 +78,52 @@ def base_inertia_of(joint):
     torque = urdf.cross(lever, axis) if joint.is_prismatic else axis
     rows = [[base.inertia[i][k] + (TINY if i == k else 0.0) for k in range(3)] for i in range(3)]
     return 1.0 / (urdf.dot(torque, solved(rows, torque)) + (1.0 / base.mass if joint.is_prismatic else 0.0))
+
+
+def _velocities(robot, poses, base):
+    """For each body its Mass, rotation, and the velocities (of its centre, angular) that unit velocities of the coordinates give it: those of the
+    joints, then six of a free base."""
+    free = robot.base if base == "free" else None
+    bodies = [(joint.link, pose) for joint, (pose, _) in zip(robot.joints, poses)]
+    bodies += [(free, (urdf.ZERO, urdf.IDENTITY))] if free else []
+    for number, (mass, pose) in enumerate(bodies):
+        centre = urdf.composed(pose, (mass.centre, urdf.IDENTITY))[0]
+        columns = []
+        for i, (joint, (own, axis)) in enumerate(zip(robot.joints, poses)):
+            is_carried = i <= number < len(robot.joints)
+            lever = [p - q for p, q in zip(centre, own[0])]
+            moved = (axis, urdf.ZERO) if joint.is_prismatic else (urdf.cross(axis, lever), axis)
+            columns.append(moved if is_carried else (urdf.ZERO, urdf.ZERO))
+        if free:
+            units, lever = list(zip(*urdf.IDENTITY)), [p - q for p, q in zip(centre, free.centre)]
+            columns += [(unit, urdf.ZERO) for unit in units] + [(urdf.cross(unit, lever), unit) for unit in units]
+        yield mass, urdf.transposed(pose[1]), columns
+
+
+def mass_matrix(robot, angles, base):
+    """Mass matrix of the links in a pose: rows of the joints, then six of a free base."""
+    size = len(robot.joints) + (6 if base == "free" else 0)
+    rows = [[TINY if i == k else 0.0 for k in range(size)] for i in range(size)]
+    for mass, turn, columns in _velocities(robot, list(poses_of(robot, angles)), base):
+        turned = [urdf.turned(turn, angular) for _, angular in columns]
+        moments = [urdf.turned(mass.inertia, angular) for angular in turned]
+        for i, (linear, _) in enumerate(columns):
+            for k, (other, _) in enumerate(columns):
+                rows[i][k] += mass.mass * urdf.dot(linear, other) + urdf.dot(turned[i], moments[k])
+    return rows
+
+
+def largest_rate(robot, angles, base, gains, rotors):
+    """Largest eigenvalue of (M^-1 + R^-1) G, and the joint that moves most in its mode. M: mass matrix of the links, R: `rotors`, G: `gains` of the
+    gears between them."""
+    rows, count = mass_matrix(robot, angles, base), len(gains)
+    units = [[1.0 if i == k else 0.0 for k in range(len(rows))] for i in range(count)]
+    inverse = [solved(rows, unit)[:count] for unit in units]
+    for i, rotor in enumerate(rotors):
+        inverse[i][i] += 1.0 / rotor
+    mode, rate = [1.0 + 0.1 * i for i in range(count)], 0.0
+    for _ in range(50):
+        mode = [sum(a * gain * x for a, gain, x in zip(row, gains, mode)) for row in inverse]
+        rate = max(map(abs, mode))
+        mode = [x / rate for x in mode]
+    return rate, max(range(count), key=lambda i: gains[i] * mode[i] * mode[i])

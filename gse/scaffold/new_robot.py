@@ -24,7 +24,7 @@ import sys
 
 import robot_beside
 import urdf
-from loads import GRAVITY, TINY, base_inertia_of, carried_by, load_of, loads_of, poses_of, solved
+from loads import GRAVITY, TINY, base_inertia_of, carried_by, largest_rate, load_of, loads_of, poses_of, solved
 from new_subsystem import ROOT, Refusal, check_name, choose_apid, expect, fill, relative, write_all
 from robot_beside import ALONE
 
@@ -42,6 +42,7 @@ BASE_MIN_S2 = 1e-6  # Noise of 5e-4 of the effort, for 1 ms, divided by half of 
 SPEED_BANDWIDTH = KD / ROTOR  # Largest bandwidth of a speed loop [rad/s]: that of a revolute joint whose link has no inertia.
 # Units of values of joints: unit of a revolute joint -> unit of a linear axis. An arm with both shows both.
 UNITS = {"rad": "m", "rad/s": "m/s", "rad/s2": "m/s2", "Nm": "N", "Nm/rad": "N/m", "Nms/rad": "Ns/m", "kgm2": "kg"}
+RATE_MAX = 4.0  # Stability of the gears in the step of the simulator.
 STIFFNESS_MIN = 1.0  # Smallest stiffness of a gear that a world may have.
 TELEPRESENCE_JOINTS_MAX = 10  # A descriptor has at most 640 <Setting>, 16 of each joint in each configuration.
 # The ports of the subsystem of a joystick, from the arm's side.
@@ -200,6 +201,18 @@ def drive_of(joint):
         "coulomb": COULOMB * effort, "stiction": STICTION * effort, "stribeck": "0.02", "viscous": VISCOUS * effort, "brake": BRAKE * effort,
         "stopStiffness": 500.0 * effort, "stopDamping": 5.0 * effort, "encoderCounts": "65536",
     }
+
+
+def check_gears(robot, poses, base):
+    """Refuse an arm whose gears are unstable together in the step of the simulator. It computes each velocity from stiffness K and damping D of the
+    last step h, then the position: K h^2 + 2 D h, relative to the inertia of a mode, must be less than 4."""
+    drives = [drive_of(joint) for joint in robot.joints]
+    gains = [drive["stiffness"] * STEP_S**2 + 2.0 * drive["damping"] * STEP_S for drive in drives]
+    rate, number = max(largest_rate(robot, pose, base, gains, [drive["rotorInertia"] for drive in drives]) for pose in poses)
+    if rate >= RATE_MAX:
+        joint = robot.joints[number]
+        raise Refusal(f"URDF: {joint.location}: joint {joint.name}: (stiffness x step^2 + 2 x damping x step) / inertia of the arm is {rate:.3g} in its fastest "
+                      f"mode, expected less than {RATE_MAX:g}, with which the simulator can simulate the gears: use less effort or more inertia in the links")
 
 
 def attributes(values):
@@ -545,6 +558,7 @@ def plan(path, name, tool, start_given, apid, base="fixed", other=None):
     file = name.replace("_", "-")
     names = {"name": file, "NAME": name.upper(), "file": file, "apid": str(choose_apid(apid)), "urdf": pathlib.Path(path).name}
     start = wanted_pose(robot, start_given, base) if start_given else start_pose(robot, base)
+    check_gears(robot, (start, away_from(robot, start)), base)
     existing = robot_beside.read(other, GRAVITY[base]) if other else None
     place = robot_beside.place_in(existing, file, names["apid"], reach_of(robot)) if other else ALONE
     texts = texts_beside(existing, robot, names, start, base, place) if other else texts_alone(robot, names, start, base)

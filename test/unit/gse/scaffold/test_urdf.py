@@ -15,6 +15,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[4] / "gse" / "sc
 import new_robot
 import urdf
 from hirosco_gse import urdf as reader
+from loads import mass_matrix
 from new_subsystem import Refusal
 from source import read_number
 
@@ -166,6 +167,26 @@ def test_the_gears_of_a_chain_of_light_links_are_stable_in_the_step_of_the_simul
     mass, step, largest = 1.0, new_robot.STEP_S, 4.0
     assert drive["stiffness"] == pytest.approx(1e6) and drive["damping"] < 1500.0  # Both limited by the mass.
     assert largest * (drive["stiffness"] * step**2 + 2.0 * drive["damping"] * step) / mass < 4.0
+
+
+def _strong(read, at):
+    """An arm of two slender links of 1 kg and 0.4 m, with a strong linear axis at this distance from the end of the second one."""
+    slender = [link(name, 0.2).replace('"0.01"', '"0.0032"') for name in ("base", "upper", "fore", "slide")]
+    turns = [joint("shoulder", "base", "upper"), joint("elbow", "upper", "fore", at=0.4)]
+    return read(*slender, *(each.replace("0 1 0", "0 0 1") for each in turns), joint("axis", "fore", "slide", "prismatic", at, LIMIT.replace("2", "1", 1)))
+
+
+def test_gears_that_are_unstable_together_in_the_step_of_the_simulator_are_refused(read, tmp_path):
+    """The force of a linear axis on a lever turns light links, whose other gears are each stable."""
+    robot = _strong(read, 0.2)
+    poses = list(new_robot.poses_of(robot, (0.3, -0.4, 0.1)))
+    matrix = mass_matrix(robot, (0.3, -0.4, 0.1), "fixed")
+    assert [matrix[i][i] for i in range(3)] == pytest.approx([new_robot.carried_by(robot, poses, i) for i in range(3)])
+    assert matrix[0][1] == pytest.approx(matrix[1][0])
+    assert len(new_robot.plan(tmp_path / "robot.urdf", "strong", None, None, None)[0]) == 6
+    _strong(read, 1.2)
+    with pytest.raises(Refusal, match=r"robot.urdf:1: joint axis: \(stiffness x .* is [0-9.]+ in its fastest mode, expected less than 4"):
+        new_robot.plan(tmp_path / "robot.urdf", "strong", None, None, None)
 
 
 @pytest.mark.parametrize("kind, least", [("revolute", "0.02 Nm"), ("prismatic", "0.0002 N")])
