@@ -195,7 +195,10 @@ class Message:
         self.offset = None if self.offset is None or size is None else self.offset + size
         if is_id and kind["coding"] == "id":
             self.shift = -(NUMBER_BITS + LAYOUT_BITS)
-            self.layouts[name] = (path, self.parameter(f"{name}__layout", bits(self.system.root, "Parameter", LAYOUT_BITS)))
+            layout = self.system.root.type(
+                "Parameter", "layout_of_value", lambda made: xt.enumeration("Parameter", made, self.catalogue["layouts"], LAYOUT_BITS)
+            )
+            self.layouts[name] = (path, self.parameter(f"{name}__layout", layout))
             self.shift = NUMBER_BITS
 
     def variable(self, coding, name):
@@ -209,12 +212,12 @@ class Message:
         if coding == "packet":  # Its length field is the number of following octets minus one.
             self.parameter(f"{name}__head", root.type("Parameter", "octets4", lambda made: xt.binary("Parameter", made, 4)))
             self.parameter(name, root.type("Parameter", "sized_octets", lambda made: xt.octets("Parameter", made)))
-            self.parameter(f"{name}__end", xt.scalar(root, "Parameter", "UINT8"))
+            self.parameter(f"{name}__end", root.type("Parameter", "octets1", lambda made: xt.binary("Parameter", made, 1)))
         elif self.is_group:
             make = xt.text if coding == "text" else xt.octets
             self.parameter(name, root.type("Parameter", f"sized_{coding}", lambda made: make("Parameter", made)))
         else:
-            length = self.parameter(f"{name}__length", xt.scalar(root, "Parameter", "UINT16"))
+            length = self.parameter(f"{name}__length", xt.scalar(root, "Parameter", "UINT16", "octets"))
             self.sized(name, lambda made: (xt.text_of if coding == "text" else xt.octets_of)(made, length))
         self.offset = None
 
@@ -253,7 +256,7 @@ class Message:
             self.enter("ContainerRefEntry", repeat, containerRef=path)
             return
         self.shift = -COUNT_BITS
-        one = bits(self.system.root, "Parameter", 1)
+        one = self.system.root.type("Parameter", "flag", lambda made: xt.boolean("Parameter", made, 1))
         weights = [(1 << bit, self.parameter(f"{word}__bit{bit}", one)) for bit in reversed(range(COUNT_BITS))]
         for weight, bit in weights:
             repeat = element("RepeatEntry", element("Count", element("FixedValue", str(weight))))
