@@ -128,6 +128,10 @@ static void tables_mathematics_and_protected_calls_work_as_in_lua(void)
         "return s end)() == 'falsetrue'",
         "(function() local s = '' for k in pairs({1, [true] = 1, [false] = 1}) do s = s .. tostring(k) end "
         "return s end)() == '1falsetrue'",
+        "(function() local s = '' for k in pairs({ba = 1, b = 1, c = 1, a = 1, ab = 1}) do s = s .. k .. ' ' "
+        "end return s end)() == 'a ab b ba c '",
+        "(function() local s = '' for k in pairs({c = 1, ab = 1, a = 1, ba = 1, b = 1}) do s = s .. k .. ' ' "
+        "end return s end)() == 'a ab b ba c '",
         "rawequal('a', 'a') and rawlen({1, 2}) == 2 and rawget({a = 1}, 'a') == 1 and rawset({}, 1, 2)[1] == "
         "2",
         "getmetatable(setmetatable({}, {__metatable = 'no'})) == 'no' and getmetatable({}) == nil",

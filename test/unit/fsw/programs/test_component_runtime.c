@@ -15,6 +15,9 @@ static message_ring_carrier_t ring_carrier;
 static component_runtime_t runtimes[2];
 static message_slot_t slots[2];
 static unsigned udp_opened, tipc_opened; // Sockets that the runtime has opened.
+static unsigned received;                // Attempts to receive a sample. None has arrived.
+static unsigned waits[2];                // Waits for each socket of links.
+static unsigned other_waits;
 
 status_t __wrap_osal_udp_open(osal_socket_t* socket, osal_address_t local, size_t receive_bytes)
 {
@@ -34,6 +37,31 @@ status_t __wrap_osal_tipc_open(osal_socket_t* socket, osal_tipc_kind_t kind, con
     (void)scope;
     tipc_opened++;
     return STATUS_OK;
+}
+
+status_t __wrap_osal_udp_receive(osal_socket_t* socket, osal_address_t* out_from, uint8_t* octets,
+                                 size_t capacity, size_t* out_size)
+{
+    (void)socket;
+    (void)out_from;
+    (void)octets;
+    (void)capacity;
+    *out_size = 0U;
+    received++;
+    return STATUS_EMPTY;
+}
+
+status_t __wrap_osal_socket_wait_readable(osal_socket_t* socket, uint32_t timeout_ms)
+{
+    const bool is_first = (socket == &runtimes[1].link_sockets[0]);
+    unsigned* const of  = is_first ? &waits[0] : &waits[1];
+    if (is_first || (socket == &runtimes[1].link_sockets[1])) {
+        (*of)++;
+    } else {
+        other_waits++;
+    }
+    TEST_ASSERT_EQUAL_UINT32(50U, timeout_ms); // The sockets share the time of a wait.
+    return STATUS_TIMEOUT;
 }
 
 static void ignore(void* const context, const uint16_t to)
@@ -163,6 +191,80 @@ static void a_frame_is_announced_once_and_to_its_next_receiver_only(void)
     TEST_ASSERT_EQUAL_UINT32(0U, runtimes[1].deliveries.messages[consumer]);
 }
 
+/// Each link with a relay has a play-out buffer of its own, and keeps it.
+static void a_link_keeps_its_play_out_buffer(void)
+{
+    static component_play_outs_t play_outs;
+    rtlink_play_out_t* buffer = NULL;
+    take_with(RTLINK_METHOD_UDP);
+    runtimes[1].play_outs                = &play_outs;
+    const rtlink_resolver_t* const links = &runtimes[1].links;
+    TEST_ASSERT_EQUAL(STATUS_OK, links->play_out(links->context, 1U, &buffer));
+    TEST_ASSERT_NULL(buffer); // No relay.
+    run.relay.delay_us  = 20U;
+    run.relay.jitter_us = 3U;
+    for (uint16_t round = 0U; round < 2U; round++) {
+        for (uint16_t i = 0U; i < COMPONENT_PLAY_OUTS_MAX; i++) {
+            TEST_ASSERT_EQUAL(STATUS_OK, links->play_out(links->context, i + 5U, &buffer));
+            TEST_ASSERT_EQUAL_PTR(&play_outs.buffers[i], buffer);
+            TEST_ASSERT_EQUAL_UINT32(20U, buffer->delay_us);
+            TEST_ASSERT_EQUAL_UINT32(3U, buffer->budget_us);
+        }
+    }
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, links->play_out(links->context, 4U, &buffer));
+    TEST_ASSERT_NULL(buffer);
+}
+
+static void refuse_datagram(void* const context, const uint8_t* const octets, const size_t size)
+{
+    (void)context;
+    (void)octets;
+    (void)size;
+    TEST_FAIL_MESSAGE("no datagram has arrived");
+}
+
+/// Receive in an intake of the arm, which consumes two links. Returns the attempts to receive a sample.
+static unsigned pump(const uint32_t intake, const uint32_t announced)
+{
+    component_runtime_t* const arm = &runtimes[1];
+    arm->clock.mode                = OSAL_CLOCK_STEPPED;
+    arm->message_socket.descriptor = -1;
+    arm->topology.descriptor       = -1;
+    arm->link_socket_count         = 2U;
+    arm->peers[0].life             = 1U;
+    arm->peers[1].life             = 1U;
+    arm->pumps                     = intake;
+    received                       = 0U;
+    other_waits                    = 0U;
+    (void)memset(waits, 0, sizeof waits);
+    component_runtime_pump(arm, announced, refuse_datagram, NULL);
+    return received;
+}
+
+static void without_announced_datagrams_the_sockets_are_read_in_few_intakes(void)
+{
+    TEST_ASSERT_EQUAL_UINT(0U, pump(1U, 0U));
+    TEST_ASSERT_EQUAL_UINT(0U, pump(15U, 0U));
+    TEST_ASSERT_EQUAL_UINT(2U, pump(16U, 0U));
+    run.relay.is_network = true;
+    TEST_ASSERT_EQUAL_UINT(2U, pump(1U, 0U));
+    run.relay.is_network    = false;
+    runtimes[1].outstanding = 1U;
+    TEST_ASSERT_EQUAL_UINT(2U, pump(1U, 0U));
+    TEST_ASSERT_EQUAL_UINT(0U, waits[0] + waits[1] + other_waits);
+    TEST_ASSERT_EQUAL_UINT(0U, run.is_lossy);
+}
+
+static void announced_datagrams_are_awaited_at_each_socket(void)
+{
+    TEST_ASSERT_EQUAL_UINT(2U * 51U, pump(1U, 1U));
+    TEST_ASSERT_EQUAL_UINT(50U, waits[0]);
+    TEST_ASSERT_EQUAL_UINT(50U, waits[1]);
+    TEST_ASSERT_EQUAL_UINT(0U, other_waits);
+    TEST_ASSERT_EQUAL_UINT32(1U, runtimes[1].outstanding);
+    TEST_ASSERT_EQUAL_UINT(1U, run.is_lossy);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -171,5 +273,8 @@ int main(void)
     RUN_TEST(without_a_scheduler_the_last_beat_contains_the_promise);
     RUN_TEST(samples_are_sent_by_the_method_of_the_links);
     RUN_TEST(a_frame_is_announced_once_and_to_its_next_receiver_only);
+    RUN_TEST(a_link_keeps_its_play_out_buffer);
+    RUN_TEST(without_announced_datagrams_the_sockets_are_read_in_few_intakes);
+    RUN_TEST(announced_datagrams_are_awaited_at_each_socket);
     return UNITY_END();
 }
