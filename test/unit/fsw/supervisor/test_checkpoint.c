@@ -552,12 +552,13 @@ static void a_damaged_annex_is_read_up_to_its_damage(void)
     checkpoint.arrivals.octets[7] ^= 0xFFU;  // The size after the first block.
     TEST_ASSERT_EQUAL_STRING("abc,", blocks(false));
     TEST_ASSERT_EQUAL_STRING("def,", blocks(true));
-    checkpoint.arrivals.used.count = 7U;
-    TEST_ASSERT_EQUAL_STRING("", blocks(false));
-    TEST_ASSERT_EQUAL_STRING("", blocks(true));
-    checkpoint.arrivals.used.count = CHECKPOINT_ANNEX_OCTETS + 1U;
-    TEST_ASSERT_EQUAL_STRING("", blocks(false));
-    TEST_ASSERT_EQUAL_STRING("", blocks(true));
+    // Room for an empty block, but the sizes exceed it; less than a block; more than the annex.
+    static const uint64_t counts[] = {8U, 7U, CHECKPOINT_ANNEX_OCTETS + 1U};
+    for (size_t i = 0U; i < (sizeof counts / sizeof counts[0]); i++) {
+        checkpoint.arrivals.used.count = counts[i];
+        TEST_ASSERT_EQUAL_STRING("", blocks(false));
+        TEST_ASSERT_EQUAL_STRING("", blocks(true));
+    }
 }
 
 static void performed_requests_are_noted_until_the_next_commit(void)

@@ -167,6 +167,8 @@ static void every_truncated_size_is_refused(void)
         TEST_ASSERT_EQUAL_UINT32(size, failure.detail);
         TEST_ASSERT_EQUAL_HEX32((size >= 4U) ? 0x1864C019U : (size >= 2U) ? 0x18640000U : 0U, tc.request_id);
         TEST_ASSERT_EQUAL_UINT16(PUS_USER_GROUND, tc.source);
+        TEST_ASSERT_NULL(tc.data);
+        TEST_ASSERT_EQUAL_UINT64(0U, tc.size);
         TEST_ASSERT_EQUAL(STATUS_TRUNCATED, pus_tm_decode(packet, size, &tm, &failure));
     }
 }

@@ -186,6 +186,8 @@ static void packets_of_a_report_that_the_port_refuses_are_sent_later(void)
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
     pus_time_schedule_step(&st11_fixture.schedule, TEST_NOW_NS);
     EXPECT_MESSAGES(1, 4, 11, 13, 1, 8);
+    octet_reader_t reader = bench_data(1U);
+    TEST_ASSERT_EQUAL_UINT16(1U, octet_read_u16(&reader)); // The entry of the refused packet.
     expect_failure(2U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 1U);
 }
 

@@ -456,7 +456,11 @@ static void a_change_that_cannot_be_stored_is_not_acknowledged(void)
     request(1U);
     expect_failure(1U, 4U, PUS_FAILURE_IO, 1U, STATUS_IO);
     TEST_ASSERT_EQUAL_UINT16(1U, chains.pool.stats.taken);
-    records.put_status   = STATUS_OK;
+    records.put_status = STATUS_OK;
+    command_key(4U, 1U);
+    pus_event_action_observe(&actions, APID, 1U); // The request is still the old one.
+    EXPECT_RELEASED(1);
+    command_key(5U, 1U);
     records.erase_status = STATUS_IO;
     command_key(2U, 1U);
     expect_failure(1U, 4U, PUS_FAILURE_IO, 1U, STATUS_IO);
