@@ -4,12 +4,16 @@
 #include "test/unit/fsw/framework/rtlink/links.h"
 #include "unity.h"
 
+#include <signal.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #define LINK 1U
 #define OCTETS 20U
+#define PAGE_MAX 65536U
+#define SLOT_OCTETS 56U // Counter, header and a sample of three words.
 #define MS 1000000ULL
 
 static rtlink_producer_t producer;
@@ -328,6 +332,49 @@ static void a_damaged_slot_is_refused(void)
     TEST_ASSERT_EQUAL(1U, consumer.counters.torn);
 }
 
+// A slot over two pages. The second is closed, so that the reader is stopped between two words.
+static uint8_t memory_of_pages[3U * PAGE_MAX];
+static uint8_t* second_page;
+static size_t page_size;
+static unsigned stops;
+
+/// The writer writes the sample of the producer's slot into this slot while the reader copies it.
+static void write_between_two_words(const int number)
+{
+    (void)number;
+    stops++;
+    if (mprotect(second_page, page_size, PROT_READ | PROT_WRITE) != 0) {
+        _exit(1);
+    }
+    (void)memcpy(consumer.slot, osal_shm_address(&producer.shm), SLOT_OCTETS);
+}
+
+static void a_slot_that_changes_while_it_is_copied_is_copied_again(void)
+{
+    struct sigaction before;
+    struct sigaction action = {.sa_handler = write_between_two_words};
+    method                  = RTLINK_METHOD_SHARED_MEMORY;
+    open_both(1U);
+    page_size = (size_t)sysconf(_SC_PAGESIZE);
+    TEST_ASSERT_TRUE(page_size <= PAGE_MAX);
+    second_page        = &memory_of_pages[(2U * page_size) - ((uintptr_t)memory_of_pages % page_size)];
+    void* const shared = consumer.slot;
+    consumer.slot      = (void*)&second_page[-32]; // The counter and the header are before the second page.
+    write_number(1U, 0U);
+    (void)memcpy(consumer.slot, osal_shm_address(&producer.shm), SLOT_OCTETS);
+    write_number(2U, 0U);
+    TEST_ASSERT_EQUAL(0, mprotect(second_page, page_size, PROT_NONE));
+    TEST_ASSERT_EQUAL(0, sigaction(SIGSEGV, &action, &before));
+    stops                 = 0U;
+    const status_t status = read_at(0U);
+    (void)sigaction(SIGSEGV, &before, NULL);
+    consumer.slot = shared;
+    TEST_ASSERT_EQUAL(STATUS_OK, status);
+    TEST_ASSERT_EQUAL_UINT(1U, stops);
+    expect_number(2U);
+    TEST_ASSERT_EQUAL(0U, consumer.counters.torn + consumer.counters.refused + consumer.counters.lost);
+}
+
 // ---- Datagrams ----
 
 static void a_datagram_that_is_cut_damaged_or_of_another_link_or_epoch_is_refused_and_counted(void)
@@ -491,6 +538,7 @@ int main(void)
     RUN_TEST(memory_of_another_size_is_not_read);
     RUN_TEST(a_closed_link_leaves_no_name);
     RUN_TEST(a_damaged_slot_is_refused);
+    RUN_TEST(a_slot_that_changes_while_it_is_copied_is_copied_again);
     RUN_TEST(a_datagram_that_is_cut_damaged_or_of_another_link_or_epoch_is_refused_and_counted);
     RUN_TEST(a_datagram_overtaken_by_a_later_one_is_ignored);
     RUN_TEST(a_link_by_shared_memory_refuses_datagrams);
