@@ -247,8 +247,8 @@ static void check_room(mission_builder_t* const builder, const uint16_t index)
                                           "Link>: expected a port that no other link leads to");
     }
     if (links_of_port(builder, index, 0U, words[0]) >= MISSION_PORT_LINKS_MAX) {
-        descriptor_mission_builder_refuse(source, link->line, "from", words[0],
-                                          "Link>: expected a port with at most 4 links");
+        descriptor_mission_builder_refuse(source, link->line, "from", words[0], "Link>: expected a port");
+        descriptor_source_append(source, " with at most # links", NULL, NULL, MISSION_PORT_LINKS_MAX);
     }
 }
 
