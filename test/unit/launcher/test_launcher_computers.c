@@ -5,6 +5,7 @@
 
 #include "fsw/framework/rtlink/agreement.h"
 #include "launcher/launcher_relay.h"
+#include "osal/include/osal/tipc.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -41,6 +42,15 @@ bool __wrap_osal_file_exists(const char* path)
 status_t __wrap_osal_network_remove(const char* path)
 {
     check_expected_ptr(path);
+    return mock_type(status_t);
+}
+
+status_t __wrap_osal_tipc_open(osal_socket_t* socket, osal_tipc_kind_t kind, const osal_tipc_name_t* name,
+                               osal_tipc_scope_t scope)
+{
+    assert_non_null(socket);
+    assert_true((name == NULL) || (kind == OSAL_TIPC_MESSAGE));
+    assert_int_equal(OSAL_TIPC_NODE, scope); // All tests with sockets are on one computer.
     return mock_type(status_t);
 }
 
@@ -152,6 +162,25 @@ static void links_in_shared_memory_and_components_of_an_image_have_no_sockets(vo
     assert_int_equal(0U, run.link_ports[0]);
 }
 
+/// No socket is opened after the one that fails.
+static void a_kernel_without_tipc_is_refused(void** state)
+{
+    (void)state;
+    launcher.options.computers = 1U;
+    launcher.options.transport = "tipc";
+    launcher.options.links     = "udp";
+    run.transport              = (uint8_t)RUN_TRANSPORT_TIPC;
+    assert_true(launcher_create_computers(&launcher));
+    will_return(__wrap_osal_tipc_open, STATUS_OK);
+    assert_true(launcher_check_system(&launcher));
+    will_return(__wrap_osal_tipc_open, STATUS_OK);
+    will_return(__wrap_osal_tipc_open, STATUS_IO);
+    assert_false(launcher_open_sockets(&launcher));
+    assert_non_null(strstr(launcher.reason, "cannot open a TIPC socket; use --transport udp: "));
+    will_return(__wrap_osal_tipc_open, STATUS_UNSUPPORTED);
+    assert_false(launcher_check_system(&launcher));
+}
+
 static void two_computers_are_joined_by_a_veth(void** state)
 {
     (void)state;
@@ -243,6 +272,7 @@ int main(void)
         cmocka_unit_test_setup(one_computer_needs_no_network, set_up),
         cmocka_unit_test_setup(components_links_and_the_relay_receive_on_sockets_of_their_own, set_up),
         cmocka_unit_test_setup(links_in_shared_memory_and_components_of_an_image_have_no_sockets, set_up),
+        cmocka_unit_test_setup(a_kernel_without_tipc_is_refused, set_up),
         cmocka_unit_test_setup(two_computers_are_joined_by_a_veth, set_up),
         cmocka_unit_test_setup(tipc_has_a_bearer_on_each, set_up),
         cmocka_unit_test_setup(no_command_runs_after_one_that_fails, set_up),
