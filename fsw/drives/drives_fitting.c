@@ -11,10 +11,9 @@
 #define OBJECT_MODE_OF_OPERATION 0x6060U
 #define OBJECT_INTERPOLATION_PERIOD 0x60C2U
 #define AXIS_OFFSET 0x800U
-#define MODE_CYCLIC_POSITION 8
-#define NANO_EXPONENT 9
-#define PERIOD_EXPONENT_MAX 1 // 255 x 10 s.
-#define NS_PER_US 1000U
+#define MODE_CYCLIC_POSITION 8U
+#define PERIOD_EXPONENT_MIN (-6) // Cycles are whole microseconds.
+#define PERIOD_EXPONENT_MAX 1
 
 static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const reason)
 {
@@ -45,8 +44,7 @@ static bool endnode_fits(const subsystem_descriptor_t* const descriptor,
     }
     const descriptor_endnode_t* const endnode = &descriptor->endnodes[device->first_endnode];
     if (endnode->type != DESCRIPTOR_ENDNODE_CAN) {
-        return refuse(out_misfit, endnode->line,
-                      "type of <Endnode>: expected CAN, by which this subsystem reaches its devices");
+        return refuse(out_misfit, endnode->line, "type of <Endnode>: expected CAN");
     }
     if (device->endnode_count > 1U) {
         return refuse(out_misfit, descriptor->endnodes[device->first_endnode + 1U].line,
@@ -95,32 +93,17 @@ static bool node_fits(nodes_t* const nodes, const descriptor_endnode_t* const en
     return true;
 }
 
-/// Returns the last setting of an object, which is the one that stays; null if there is none.
-static const descriptor_setting_t* setting_of(const subsystem_descriptor_t* const descriptor,
-                                              const descriptor_device_t* const device, const uint32_t index,
-                                              const uint8_t subindex)
-{
-    const descriptor_setting_t* found = NULL;
-    for (uint16_t i = 0U; i < device->setting_count; i++) {
-        const descriptor_setting_t* const setting = &descriptor->settings[device->first_setting + i];
-        found = ((setting->index == index) && (setting->subindex == subindex)) ? setting : found;
-    }
-    return found;
-}
-
-/// Returns the mode of operation of an axis; 0 if no setting has it.
-static int mode_of(const subsystem_descriptor_t* const descriptor, const descriptor_device_t* const device,
-                   const uint32_t axis)
-{
-    const descriptor_setting_t* const setting =
-        setting_of(descriptor, device, OBJECT_MODE_OF_OPERATION + (axis * AXIS_OFFSET), 0U);
-    return (setting != NULL) ? (int)(int8_t)(uint8_t)setting->bits : 0;
-}
-
 int drives_mode(const subsystem_descriptor_t* const descriptor, const descriptor_device_t* const device)
 {
     FSW_ASSERT((descriptor != NULL) && (device != NULL));
-    return mode_of(descriptor, device, 0U);
+    int mode = 0;
+    for (uint16_t i = 0U; i < device->setting_count; i++) {
+        const descriptor_setting_t* const setting = &descriptor->settings[device->first_setting + i];
+        if ((setting->index == OBJECT_MODE_OF_OPERATION) && (setting->subindex == 0U)) {
+            mode = (int)(int8_t)(uint8_t)setting->bits;
+        }
+    }
+    return mode;
 }
 
 static bool is_one_of(const int* const modes, const int mode)
@@ -182,51 +165,45 @@ static bool units_fit(const subsystem_descriptor_t* const descriptor, const desc
                                  (setting->index == unit->index) && (setting->subindex == unit->subindex);
             if (is_unit && ((uint32_t)setting->bits != unit->value)) {
                 return refuse(out_misfit, setting->line,
-                              "value of <Setting>: expected the unit in the data sheet of the class");
+                              "value of <Setting>: expected the unit of the data sheet");
             }
         }
     }
     return true;
 }
 
-/// Returns value x 10^exponent s in ns; 0 if no drive has such a period.
-static uint64_t period_ns(const uint64_t value, const int exponent)
-{
-    if ((value > UINT8_MAX) || (exponent < -NANO_EXPONENT) || (exponent > PERIOD_EXPONENT_MAX)) {
-        return 0U;
-    }
-    uint64_t period = value;
-    for (int i = -NANO_EXPONENT; i < exponent; i++) {
-        period *= 10U;
-    }
-    return period;
-}
-
-/// Check the time over which an axis interpolates its set points. If a setting states it, it is the cycle of
-/// the configuration. Otherwise the default of the class is at most the cycle, so that the axis reaches each
-/// set point before the next one. A class without the object follows each set point at its SYNC.
+/// Check the time over which an axis interpolates its set points, value x 10^exponent s. If a setting states
+/// it, it is the cycle of the configuration. Otherwise the default of the class is at most the cycle, so that
+/// the axis reaches each set point before the next one. A class without the object follows each set point at
+/// its SYNC.
 static bool period_fits(const subsystem_descriptor_t* const descriptor,
                         const descriptor_device_t* const device, const uint32_t axis,
-                        const canopen_profile_axis_t* const profile, const uint64_t cycle_ns,
+                        const canopen_profile_axis_t* const profile, const uint32_t cycle_us,
                         subsystem_misfit_t* const out_misfit)
 {
-    const uint32_t index                       = OBJECT_INTERPOLATION_PERIOD + (axis * AXIS_OFFSET);
-    const descriptor_setting_t* const value    = setting_of(descriptor, device, index, 1U);
-    const descriptor_setting_t* const exponent = setting_of(descriptor, device, index, 2U);
-    const uint64_t period =
-        period_ns((value != NULL) ? value->bits : profile->period,
-                  (exponent != NULL) ? (int)(int8_t)(uint8_t)exponent->bits : profile->period_exponent);
-    if ((value != NULL) || (exponent != NULL)) {
-        return (period == cycle_ns) ||
-               refuse(out_misfit, (value != NULL) ? value->line : exponent->line,
-                      "0x60C2 of <Setting>, the time over which the drive interpolates its set points: "
-                      "expected value x 10^exponent s = samplingTime of the <Configuration>");
+    uint32_t line     = 0U; // Of a setting of the period; 0 if there is none.
+    uint32_t period   = profile->period;
+    int32_t exponent  = profile->period_exponent;
+    uint32_t mode     = 0U;
+    const uint32_t at = axis * AXIS_OFFSET;
+    for (uint16_t i = 0U; i < device->setting_count; i++) {
+        const descriptor_setting_t* const setting = &descriptor->settings[device->first_setting + i];
+        const uint32_t bits                       = (uint32_t)setting->bits;
+        if (setting->index == (OBJECT_INTERPOLATION_PERIOD + at)) {
+            line     = setting->line;
+            period   = (setting->subindex == 1U) ? bits : period;
+            exponent = (setting->subindex == 2U) ? (int8_t)(uint8_t)bits : exponent;
+        }
+        mode = (setting->index == (OBJECT_MODE_OF_OPERATION + at)) ? bits : mode;
     }
-    const bool is_interpolating = (mode_of(descriptor, device, axis) == MODE_CYCLIC_POSITION);
-    return !is_interpolating || (period <= cycle_ns) ||
-           refuse(out_misfit, device->line,
-                  "<Device> in mode 8, whose data sheet has a longer interpolation period, 0x60C2, than "
-                  "samplingTime of the <Configuration>: expected a <Setting> of 0x60C2:01 with samplingTime");
+    const bool is_known = (exponent >= PERIOD_EXPONENT_MIN) && (exponent <= PERIOD_EXPONENT_MAX);
+    for (; is_known && (exponent > PERIOD_EXPONENT_MIN); exponent--) {
+        period *= 10U;
+    }
+    const bool is_short = (line == 0U) && ((period < cycle_us) || (mode != MODE_CYCLIC_POSITION));
+    return is_short || (is_known && (period == cycle_us)) ||
+           refuse(out_misfit, (line != 0U) ? line : device->line,
+                  "0x60C2: expected samplingTime of the <Configuration>");
 }
 
 static bool periods_fit(const subsystem_descriptor_t* const descriptor,
@@ -234,10 +211,9 @@ static bool periods_fit(const subsystem_descriptor_t* const descriptor,
                         const descriptor_device_t* const device, subsystem_misfit_t* const out_misfit)
 {
     const canopen_device_profile_t* const profile = canopen_device_profile_find(device->type);
-    const uint64_t cycle_ns                       = (uint64_t)configuration->sampling_us * NS_PER_US;
     bool fits                                     = true;
     for (uint8_t i = 0U; fits && (i < profile->axis_count); i++) {
-        fits = period_fits(descriptor, device, i, &profile->axes[i], cycle_ns, out_misfit);
+        fits = period_fits(descriptor, device, i, &profile->axes[i], configuration->sampling_us, out_misfit);
     }
     return fits;
 }
@@ -331,7 +307,7 @@ static bool is_only_device_of_node(const subsystem_descriptor_t* const descripto
         const descriptor_endnode_t* const other = drives_endnode(descriptor, earlier);
         if ((other != NULL) && (other->node == endnode->node)) {
             return refuse(out_misfit, endnode->line,
-                          "node of <Endnode>: expected one that no device above has in this <Configuration>");
+                          "node of <Endnode>: expected one that no device above has");
         }
     }
     return true;

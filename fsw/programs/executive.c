@@ -123,20 +123,13 @@ static bool start_loop_tasks(const component_instance_t* const instance)
            (loop_tasks_start(&storage.loop_tasks, instance->component, runtime->run->origin_ns) == STATUS_OK);
 }
 
-/// Report on the console the real-time attributes that the system has not granted.
-static void note_attributes(const char* const executable)
+/// Report on the console that a real clock has no locked memory.
+static void note_memory(const char* const executable)
 {
     const osal_clock_t* const clock = &storage.runtime.clock;
-    if (clock->mode != OSAL_CLOCK_REAL) {
-        return;
-    }
-    if (!clock->attributes.is_memory_locked) {
+    if ((clock->mode == OSAL_CLOCK_REAL) && !clock->is_memory_locked) {
         (void)report_error(executable,
                            "note: locked memory is not permitted here; run as root, or raise `ulimit -l`");
-    }
-    if (!clock->attributes.is_slack_minimal) {
-        (void)report_error(executable,
-                           "note: the timer slack cannot be reduced here, so the loop may start 50 us late");
     }
 }
 
@@ -164,8 +157,7 @@ static void start_watchdog(const char* const executable, const uint32_t period_m
 {
     const status_t status = osal_watchdog_start(period_ms);
     if ((status != STATUS_OK) && (status != STATUS_UNSUPPORTED)) {
-        (void)report_error(executable,
-                           "note: the watchdog cannot be started, so it resets no program that hangs");
+        (void)report_error(executable, "note: the watchdog cannot be started");
     }
 }
 
@@ -243,7 +235,7 @@ int executive_run(const int argument_count, char* const arguments[], const char*
     if (!start_loop_tasks(&instance)) {
         return report_error(executable, "cannot start the tasks of its loops; raise `ulimit -u`");
     }
-    note_attributes(executable);
+    note_memory(executable);
     // The promise of the earlier life is not valid.
     run_state_beat(storage.runtime.run, storage.runtime.component, 0U, OSAL_LOCKSTEP_NEVER);
     start_watchdog(executable, WATCHDOG_MS);

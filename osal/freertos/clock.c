@@ -130,10 +130,8 @@ static void sleep_until(const uint64_t until_ns)
 void osal_clock_open_real(osal_clock_t* const clock, const uint64_t origin_ns)
 {
     FSW_ASSERT(clock != NULL);
-    // Both attributes hold: this system swaps no memory, and the alarm timer wakes each task at its own time.
-    *clock = (osal_clock_t){.mode       = OSAL_CLOCK_REAL,
-                            .origin_ns  = origin_ns,
-                            .attributes = {.is_memory_locked = true, .is_slack_minimal = true}};
+    // This system swaps no memory, and the alarm timer wakes each task at its own time.
+    *clock = (osal_clock_t){.mode = OSAL_CLOCK_REAL, .origin_ns = origin_ns, .is_memory_locked = true};
 }
 
 status_t osal_clock_wait(osal_clock_t* const clock, const uint64_t wake_ns,

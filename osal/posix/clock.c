@@ -35,9 +35,9 @@ static bool lock_memory(void)
 void osal_clock_open_real(osal_clock_t* const clock, const uint64_t origin_ns)
 {
     FSW_ASSERT(clock != NULL);
-    *clock                             = (osal_clock_t){.mode = OSAL_CLOCK_REAL, .origin_ns = origin_ns};
-    clock->attributes.is_slack_minimal = (prctl(PR_SET_TIMERSLACK, 1UL) == 0);
-    clock->attributes.is_memory_locked = lock_memory();
+    *clock                  = (osal_clock_t){.mode = OSAL_CLOCK_REAL, .origin_ns = origin_ns};
+    clock->is_memory_locked = lock_memory();
+    (void)prctl(PR_SET_TIMERSLACK, 1UL); // Linux permits it to each thread.
 }
 
 uint64_t osal_clock_monotonic_ns(void)

@@ -49,9 +49,9 @@ def _assert_told_before_the_flight(flight, words):
 
 
 @pytest.mark.parametrize(("kind", "old", "new", "words"), [
-    ("subsystems", 'priority="60" samplingTime="1ms"', 'priority="60" samplingTime="2ms"', "0x60C2 of <Setting>"),
-    ("subsystems", 'priority="60" samplingTime="1ms"', 'priority="60" samplingTime="500us"', "0x60C2 of <Setting>"),
-    ("subsystems", '"0x60C2:01" type="UINT8" value="10"', '"0x60C2:01" type="UINT8" value="20"', "0x60C2 of <Setting>"),
+    ("subsystems", 'priority="60" samplingTime="1ms"', 'priority="60" samplingTime="2ms"', "0x60C2: expected samplingTime"),
+    ("subsystems", 'priority="60" samplingTime="1ms"', 'priority="60" samplingTime="500us"', "0x60C2: expected samplingTime"),
+    ("subsystems", '"0x60C2:01" type="UINT8" value="10"', '"0x60C2:01" type="UINT8" value="20"', "0x60C2: expected samplingTime"),
     ("subsystems", 'bus="platform" node="0x3A"', 'bus="thrusters" node="0x3A"', "expected a bus of the mission"),
     ("missions", '<Bus name="platform"', '<Bus name="platform-2"', "expected a bus of the mission"),
     ("worlds", 'eds="gyro.eds"', 'eds="other.eds"', "other.eds: cannot be read"),

@@ -130,8 +130,7 @@ static bool devices_fit(const subsystem_descriptor_t* const descriptor,
         }
         const descriptor_endnode_t* const endnode = &descriptor->endnodes[device->first_endnode];
         if (endnode->type != DESCRIPTOR_ENDNODE_CAN) {
-            return refuse(out_misfit, endnode->line,
-                          "type of <Endnode>: expected CAN, by which this subsystem reaches its devices");
+            return refuse(out_misfit, endnode->line, "type of <Endnode>: expected CAN");
         }
     }
     return true;

@@ -33,18 +33,13 @@ typedef enum {
     OSAL_CLOCK_STEPPED
 } osal_clock_mode_t;
 
-typedef struct {
-    bool is_memory_locked; ///< No page of the program can be swapped out.
-    bool is_slack_minimal; ///< The kernel does not delay wake-ups to combine them with later ones.
-} osal_clock_attributes_t;
-
 typedef struct { ///< Deliveries announced during a grant, by their receiver. Counts saturate.
     uint32_t lives[OSAL_LOCKSTEP_PARTICIPANTS_MAX]; ///< Life of each receiver that they are meant for.
     uint32_t messages[OSAL_LOCKSTEP_PARTICIPANTS_MAX];
     uint32_t octets[OSAL_LOCKSTEP_PARTICIPANTS_MAX];
 } osal_deliveries_t;
 
-typedef struct { // All fields are private, except `attributes`: read-only.
+typedef struct { // All fields are private, except `is_memory_locked`: read-only.
     osal_clock_mode_t mode;
     osal_lockstep_t* scheduler;
     osal_deliveries_t* deliveries; // Deliveries of a granted clock.
@@ -52,11 +47,11 @@ typedef struct { // All fields are private, except `attributes`: read-only.
     uint32_t life;
     uint64_t origin_ns;
     osal_grant_t grant;
-    osal_clock_attributes_t attributes; ///< Attributes that the system permitted to a real clock.
+    bool is_memory_locked; ///< Of a real clock: no page of the program can be swapped out.
 } osal_clock_t;
 
-/// Open a real clock; time 0 is `origin_ns` of osal_clock_monotonic_ns. Requests timer slack 1 ns and locked
-/// memory; `attributes` shows which of them the system permitted.
+/// Open a real clock; time 0 is `origin_ns` of osal_clock_monotonic_ns. Sets the timer slack to 1 ns and
+/// requests locked memory; `is_memory_locked` shows whether the system permitted it.
 void osal_clock_open_real(osal_clock_t* clock, uint64_t origin_ns);
 /// Open a stepped clock for life `life` of `participant` of the scheduler.
 void osal_clock_open_stepped(osal_clock_t* clock, osal_lockstep_t* scheduler, unsigned participant,

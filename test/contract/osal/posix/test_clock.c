@@ -66,12 +66,12 @@ static void a_real_clock_takes_the_least_timer_slack(void)
 
 static void a_real_clock_says_whether_memory_is_locked(void)
 {
-    TEST_ASSERT_EQUAL(mlockall(MCL_CURRENT) == 0, wall.attributes.is_memory_locked);
+    TEST_ASSERT_EQUAL(mlockall(MCL_CURRENT) == 0, wall.is_memory_locked);
 }
 
 static void a_refused_memory_lock_is_reported(void)
 {
-    if (!wall.attributes.is_memory_locked) {
+    if (!wall.is_memory_locked) {
         TEST_IGNORE_MESSAGE("locked memory is not permitted here");
     }
     if (geteuid() != 0U) {
@@ -87,7 +87,7 @@ static void a_refused_memory_lock_is_reported(void)
         const bool is_usable = (osal_clock_wait(&clock, 0U, NULL, 0U) == STATUS_OK);
         // Under the address sanitizer every lock succeeds.
         const bool is_granted = (mlockall(MCL_CURRENT) == 0);
-        _exit((is_stranger && is_usable && (clock.attributes.is_memory_locked == is_granted)) ? 0 : 1);
+        _exit((is_stranger && is_usable && (clock.is_memory_locked == is_granted)) ? 0 : 1);
     }
     int exit_status = -1;
     TEST_ASSERT_EQUAL(child, waitpid(child, &exit_status, 0));
