@@ -340,9 +340,9 @@ static void another_mapping_is_refused_with_its_line(void)
 
 static void another_unit_than_that_of_the_class_is_refused(void)
 {
-    expect_refused(MAPPED(SET("0x60A8:00", "UINT32", "0xFD410000")), 9U, "unit in the data sheet");
-    expect_refused(MAPPED(SET("0x60A9:00", "UINT32", "0xFD410300")), 9U, "unit in the data sheet");
-    expect_refused(MAPPED_FIRST(SET("0x60A9:00", "UINT32", "0xFD410300")), 8U, "unit in the data sheet");
+    expect_refused(MAPPED(SET("0x60A8:00", "UINT32", "0xFD410000")), 9U, "unit of the data sheet");
+    expect_refused(MAPPED(SET("0x60A9:00", "UINT32", "0xFD410300")), 9U, "unit of the data sheet");
+    expect_refused(MAPPED_FIRST(SET("0x60A9:00", "UINT32", "0xFD410300")), 8U, "unit of the data sheet");
     TEST_ASSERT_TRUE_MESSAGE(fits(MAPPED(SET("0x60A8:00", "UINT32", "0xFA100000"))), misfit.reason);
     TEST_ASSERT_TRUE_MESSAGE(fits(MAPPED(SET("0x607D:02", "INT32", "1000000"))), misfit.reason);
 }
