@@ -183,7 +183,7 @@ static bool period_fits(const subsystem_descriptor_t* const descriptor,
 {
     uint32_t line     = 0U; // Of a setting of the period; 0 if there is none.
     uint32_t period   = profile->period;
-    int32_t exponent  = profile->period_exponent;
+    int8_t exponent   = profile->period_exponent;
     uint32_t mode     = 0U;
     const uint32_t at = axis * AXIS_OFFSET;
     for (uint16_t i = 0U; i < device->setting_count; i++) {
