@@ -344,9 +344,12 @@ def test_the_charts_of_an_arm_with_seven_joints_fit(page, size):
 
 # Places of the regions of the page.
 REGIONS = "[...document.querySelectorAll('.panel, header .cell, .hud:not(.now)')].map((node) => Object.values(node.getBoundingClientRect().toJSON()).join())"
+# Texts of the alarm cell that are wider or higher than their place.
+CUT = """[...document.querySelectorAll(".slot .two > :not([hidden])")].filter((node) =>
+    node.scrollWidth > node.clientWidth || node.scrollHeight > node.clientHeight).map((node) => node.textContent)"""
 
 
-@pytest.mark.parametrize("size", [(1440, 900), (1280, 800), (1024, 768), (800, 780), (390, 844)])
+@pytest.mark.parametrize("size", [(1440, 900), (1280, 800), (1024, 768), (820, 1180), (800, 780), (390, 844)])
 def test_the_slot_now_shows_what_is_under_way_and_moves_nothing(page, size):
     """A plan of the supervisor, then a command, and otherwise the phase of the scenario. The slot covers no control."""
     page.set_viewport_size({"width": size[0], "height": size[1]})
@@ -365,6 +368,10 @@ def test_the_slot_now_shows_what_is_under_way_and_moves_nothing(page, size):
             followed = page.evaluate("(lost) => station.store.events.filter(({ time }, n) => n > station.store.events.findIndex((one) => one.time === lost)).length", lost)
             station.until(page, f"document.querySelector('.led').textContent === 'HIGH, 0.30 s ago, led to {followed} reports'")
             assert page.is_visible(".led") and page.is_hidden(".counts") and page.inner_text(".slot strong").startswith("JOYSTICK DEVICE_LOST STICK; ")
+            # Nothing of it is cut, also beside the button that a flight has.
+            page.evaluate("document.querySelector('.slot button').hidden = false")
+            assert page.evaluate(CUT) == []
+            page.evaluate("document.querySelector('.slot button').hidden = true")
     page.set_viewport_size({"width": 1440, "height": 900})
     assert shown[:2] == ["follow", "Plan NETWORK_DOWN"] and "Plan" not in shown[2]
     assert places[0] == places[1] == places[2]

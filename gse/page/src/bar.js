@@ -285,13 +285,10 @@ class Bar extends HTMLElement {
     else if (isLost) text(this.what, isRefused ? store.link.text : `Link lost: ${store.link.text}`);
     else if (failed.length) {
       const led = ledTo(store.events, this.since);
-      const began = led ? `${led.words}; ` : "";
       const names = failed.map((item) => item.subsystem).join(", ");
-      const since = number(failed[0].since, "s").trim();
-      text(
-        this.what,
-        `${began}${names} in ERROR_OPERATIONAL since ${since} s${causeOf(": ", failed[0], "")}`,
-      );
+      const since = `since ${number(failed[0].since, "s").trim()} s${causeOf(": ", failed[0], "")}`;
+      // With its first event an alarm needs no more words: the line below says when it was.
+      text(this.what, led ? `${led.words}; ${names} in error` : `${names} in ERROR_OPERATIONAL ${since}`);
     } else if (broken.length) {
       const states = broken.map((row) => `${row.name} ${row.state}${causeOf(" (", row, ")")}`);
       text(this.what, `Link ${states.join(", ")}`);
