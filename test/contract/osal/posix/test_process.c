@@ -3,6 +3,7 @@
 #define _GNU_SOURCE
 #include "osal/include/osal/process.h"
 
+#include <errno.h>
 #include <fcntl.h>
 #include <sched.h>
 #include <signal.h>
@@ -13,7 +14,6 @@
 #include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
 #include "unity.h"
 
 #define SELF "/proc/self/exe"
@@ -474,6 +474,7 @@ static void watch_needs_a_process(void)
     osal_process_t process;
     for (size_t i = 0U; i < (sizeof none / sizeof none[0]); i++) {
         (void)memset(&process, 1, sizeof process);
+        errno = ENOSYS; // Of an earlier call: it says nothing about this id.
         TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_watch(&process, none[i]));
         TEST_ASSERT_EQUAL_INT32(0, process.id); // Otherwise a later call could end another process.
         TEST_ASSERT_EQUAL_INT(-1, process.descriptor);
@@ -482,6 +483,7 @@ static void watch_needs_a_process(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_process_watch(&process, osal_process_own_id()));
     TEST_ASSERT_TRUE(osal_process_is_alive(&process));
     osal_process_release(&process);
+    TEST_ASSERT_EQUAL_INT(-1, process.descriptor);
 }
 
 static void wait_any_finds_the_process_that_ended(void)

@@ -48,6 +48,13 @@ int __wrap_fstatat(int directory, const char* name, struct stat* out_about, int 
     return answer(mock_type(int));
 }
 
+int __wrap_fstat(int descriptor, struct stat* out_about)
+{
+    assert_int_equal(DESCRIPTOR, descriptor);
+    *out_about = (struct stat){.st_mode = mock_type(mode_t)};
+    return answer(mock_type(int));
+}
+
 int __real_close(int descriptor);
 int __wrap_close(int descriptor)
 {
@@ -131,6 +138,26 @@ static void the_reason_why_a_file_cannot_be_described_is_reported(void** state)
     }
 }
 
+/// Between its description and its opening another process can replace a file.
+static void what_was_opened_and_is_no_file_is_closed(void** state)
+{
+    static const struct {
+        mode_t mode;
+        int result;
+    } rows[] = {{S_IFIFO, 0}, {S_IFREG, -EIO}};
+    (void)state;
+    for (size_t i = 0U; i < COUNT(rows); i++) {
+        expect_open(ROOT, ".", DESCRIPTOR);
+        will_return(__wrap_fstatat, 0);
+        expect_open(DESCRIPTOR, "file", DESCRIPTOR);
+        expect_function_call(__wrap_close); // The directory.
+        will_return(__wrap_fstat, rows[i].mode);
+        will_return(__wrap_fstat, rows[i].result);
+        expect_function_call(__wrap_close); // What was opened.
+        assert_int_equal(STATUS_NOT_FOUND, osal_directory_sync(&root, "file"));
+    }
+}
+
 static void each_kind_of_file_is_closed_once_also_descriptor_0(void** state)
 {
     osal_directory_t directory = {DESCRIPTOR};
@@ -154,6 +181,7 @@ int main(void)
         cmocka_unit_test(an_interrupted_open_is_repeated_and_descriptor_0_is_valid),
         cmocka_unit_test(a_directory_that_does_not_open_is_reported_and_none_stays_open),
         cmocka_unit_test(a_file_for_which_the_disk_has_no_room_is_not_created),
+        cmocka_unit_test(what_was_opened_and_is_no_file_is_closed),
         cmocka_unit_test(each_kind_of_file_is_closed_once_also_descriptor_0),
         cmocka_unit_test(the_reason_why_a_file_cannot_be_described_is_reported),
     };

@@ -275,6 +275,10 @@ static void received_messages_and_returned_messages_are_distinguished(void** sta
     expect_received(STATUS_TOO_LARGE, 0U);
     kind_of_control = TIPC_ERRINFO; // A message of ours is returned.
     expect_received(STATUS_FORBIDDEN, 0U);
+    kind_of_control = 0;
+    flags_to_come   = 0;
+    will_return(__wrap_recvmsg, 0); // A message without octets; errno is of an earlier call.
+    expect_received(STATUS_OK, 0U);
     will_return(__wrap_recvmsg, -EAGAIN);
     expect_received(STATUS_EMPTY, 0U);
     will_return(__wrap_recvmsg, -ECONNRESET);
