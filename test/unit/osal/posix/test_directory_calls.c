@@ -55,6 +55,24 @@ int __wrap_fstat(int descriptor, struct stat* out_about)
     return answer(mock_type(int));
 }
 
+int __wrap_fallocate(int descriptor, int mode, off_t offset, off_t length)
+{
+    assert_int_equal(DESCRIPTOR, descriptor);
+    assert_int_equal(FALLOC_FL_KEEP_SIZE, mode);
+    assert_int_equal(0, offset);
+    check_expected(length);
+    return answer(mock_type(int));
+}
+
+int __wrap_unlinkat(int directory, const char* name, int flags)
+{
+    assert_int_equal(DESCRIPTOR, directory);
+    assert_string_equal("file", name);
+    assert_int_equal(0, flags);
+    function_called();
+    return 0;
+}
+
 int __real_close(int descriptor);
 int __wrap_close(int descriptor)
 {
@@ -122,6 +140,22 @@ static void a_file_for_which_the_disk_has_no_room_is_not_created(void** state)
     }
 }
 
+static void a_file_without_the_whole_reserved_room_is_removed(void** state)
+{
+    static const uint64_t rooms[] = {1U, 4096U, INT64_MAX};
+    (void)state;
+    for (size_t i = 0U; i < COUNT(rooms); i++) {
+        expect_open(ROOT, ".", DESCRIPTOR);
+        expect_open(DESCRIPTOR, "file", DESCRIPTOR);
+        expect_value(__wrap_fallocate, length, rooms[i]);
+        will_return(__wrap_fallocate, -ENOSPC);
+        expect_function_call(__wrap_close);
+        expect_function_call(__wrap_unlinkat);
+        expect_function_call(__wrap_close); // The directory.
+        assert_int_equal(STATUS_FULL, osal_directory_create_file(&root, "file", rooms[i]));
+    }
+}
+
 static void the_reason_why_a_file_cannot_be_described_is_reported(void** state)
 {
     static const struct {
@@ -181,6 +215,7 @@ int main(void)
         cmocka_unit_test(an_interrupted_open_is_repeated_and_descriptor_0_is_valid),
         cmocka_unit_test(a_directory_that_does_not_open_is_reported_and_none_stays_open),
         cmocka_unit_test(a_file_for_which_the_disk_has_no_room_is_not_created),
+        cmocka_unit_test(a_file_without_the_whole_reserved_room_is_removed),
         cmocka_unit_test(what_was_opened_and_is_no_file_is_closed),
         cmocka_unit_test(each_kind_of_file_is_closed_once_also_descriptor_0),
         cmocka_unit_test(the_reason_why_a_file_cannot_be_described_is_reported),
