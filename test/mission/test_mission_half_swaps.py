@@ -58,7 +58,7 @@ def _assert_told_before_the_flight(flight, words):
     ("subsystems", '<Device name="GYRO" type="gyro">', '<Device name="GYRO" type="gyro-2">', "expected a class of descriptors/devices: gyro "),
     ("subsystems", '<Endnode type="CAN" bus="platform" node="0x2B"/>', '<Endnode type="UDP" address="127.0.0.1" port="9000"/>',
      "type of <Endnode>: expected CAN"),
-    ("worlds", r'(  <Bench .*?/>\n)', r"\1\1", "expected a"),
+    ("worlds", r'(  <Bench .*?/>\n)', r"\1\1", "expected a name that no device above has"),
 ], ids=["longer-period", "shorter-period", "period-of-set-points", "bus", "mission", "sheet", "class", "end-node", "axis"])
 def test_a_half_swap_that_the_files_show_is_told_before_the_flight(tree, kind, old, new, words):
     _edit(tree, kind, "actuators", old, new)
